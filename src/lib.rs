@@ -1,0 +1,6 @@
+//! groundglass: one exact model of a view camera.
+
+pub mod camera;
+pub mod error;
+pub mod geometry;
+pub mod quantity;

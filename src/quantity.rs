@@ -1,0 +1,107 @@
+//! Lengths, angles and f-numbers. Unit names occur here and nowhere deeper.
+
+use crate::error::{Error, Result};
+
+/// A length; metres inside.
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+pub struct Length(f64);
+
+impl Length {
+    /// No length at all.
+    pub const ZERO: Self = Self(0.0);
+
+    /// A length of `value` metres.
+    pub const fn metres(value: f64) -> Self {
+        Self(value)
+    }
+
+    /// A length of `value` millimetres.
+    pub fn millimetres(value: f64) -> Self {
+        // Division is correctly rounded; multiplying by 0.001 is not the nearest metre value.
+        Self(value / 1000.0)
+    }
+
+    /// In metres.
+    pub const fn as_metres(self) -> f64 {
+        self.0
+    }
+
+    /// In millimetres.
+    pub fn as_millimetres(self) -> f64 {
+        self.0 * 1000.0
+    }
+}
+
+/// An angle. It is kept in degrees, so that what a file says is what comes back to the last bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+pub struct Angle(f64);
+
+impl Angle {
+    /// No turn.
+    pub const ZERO: Self = Self(0.0);
+
+    /// An angle of `value` degrees.
+    pub const fn degrees(value: f64) -> Self {
+        Self(value)
+    }
+
+    /// An angle of `value` radians.
+    pub fn radians(value: f64) -> Self {
+        Self(value.to_degrees())
+    }
+
+    /// In degrees.
+    pub const fn as_degrees(self) -> f64 {
+        self.0
+    }
+
+    /// In radians.
+    pub fn as_radians(self) -> f64 {
+        self.0.to_radians()
+    }
+
+    /// Sine and cosine, the same bits on every platform.
+    pub fn sin_cos(self) -> (f64, f64) {
+        libm::sincos(self.as_radians())
+    }
+}
+
+/// An f-number: focal length over aperture diameter; positive and finite.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct FNumber(f64);
+
+impl FNumber {
+    /// # Errors
+    /// When `value` is not a positive finite number.
+    pub fn new(value: f64) -> Result<Self> {
+        if value.is_finite() && value > 0.0 {
+            Ok(Self(value))
+        } else {
+            Err(Error::invalid(format!("an f-number is positive and finite, not {value}")))
+        }
+    }
+
+    /// The number itself: 5.6 for f/5.6.
+    pub const fn get(self) -> f64 {
+        self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn degrees_and_millimetres_come_back() {
+        for value in [6.0, 0.1, 1e-12, 89.9, 152.3, 12.7] {
+            assert_eq!(Angle::degrees(value).as_degrees(), value);
+            assert!((Length::millimetres(value).as_millimetres() / value - 1.0).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn f_numbers_are_checked() {
+        assert!(FNumber::new(0.0).is_err() && FNumber::new(f64::NAN).is_err());
+        assert_eq!(FNumber::new(5.6).unwrap().get(), 5.6);
+    }
+}
