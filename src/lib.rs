@@ -3,4 +3,5 @@
 pub mod camera;
 pub mod error;
 pub mod geometry;
+pub mod optics;
 pub mod quantity;
