@@ -4,3 +4,4 @@ pub mod camera;
 pub mod error;
 pub mod geometry;
 pub mod quantity;
+pub mod scene;
