@@ -5,3 +5,4 @@ pub mod error;
 pub mod geometry;
 pub mod optics;
 pub mod quantity;
+pub mod scene;

@@ -1,0 +1,79 @@
+//! The command line. In: arguments; out: files, text on standard output, errors on standard error, and an
+//! exit code. One file per verb; what verbs share: `input` (scenes), `output` (whole files),
+//! `report` (errors and text) and `interrupt`. Only the library's public API is used here.
+
+mod check;
+mod diagram;
+mod input;
+mod interrupt;
+mod new;
+mod optics;
+mod output;
+mod render;
+mod report;
+mod schema;
+mod solve;
+mod values;
+
+use clap::{Parser, Subcommand};
+use groundglass::error::{Error, Result};
+use std::process::ExitCode;
+
+/// View camera pictures, diagrams and answers from one exact model.
+#[derive(Debug, Parser)]
+#[command(name = "groundglass", version, max_term_width = 100, after_help = EXIT_CODES)]
+struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 something is stale (--check); 2 the scene, figure or an asset is wrong, \
+missing or refused, or has no solution; 3 a file cannot be read or written; 64 wrong usage; 75 interrupted.";
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Says what a camera does: planes, lines, depth of field and matrices
+    Optics(optics::Arguments),
+    /// Finds the movements that make a plane sharp
+    Solve(solve::Arguments),
+    /// Renders a scene to PNG or EXR
+    Render(render::Arguments),
+    /// Draws the camera, its planes and lines in section
+    Diagram(diagram::Arguments),
+    /// Loads a scene and its assets and says what is in them; renders nothing
+    Check(check::Arguments),
+    /// Prints the JSON schema of the scene file
+    Schema,
+    /// Writes a first scene for an OBJ model
+    New(new::Arguments),
+}
+
+/// Parses the arguments of this process, runs the verb and reports its error, if any.
+pub(crate) fn run() -> ExitCode {
+    interrupt::watch();
+    let done = match Arguments::try_parse() {
+        Ok(arguments) => dispatch(&arguments.verb),
+        Err(error) => return report::usage(&error),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => report::failure(&error),
+    }
+}
+
+fn dispatch(verb: &Verb) -> Result<()> {
+    match verb {
+        Verb::Optics(arguments) => optics::run(arguments),
+        Verb::Solve(arguments) => solve::run(arguments),
+        Verb::Render(arguments) => render::run(arguments),
+        Verb::Diagram(arguments) => diagram::run(arguments),
+        Verb::Check(arguments) => check::run(arguments),
+        Verb::Schema => schema::run(),
+        Verb::New(arguments) => new::run(arguments),
+    }
+}
+
+/// What a verb returns whose engine is not there yet.
+fn not_built(verb: &str) -> Error {
+    Error::invalid(format!("`groundglass {verb}` is not built yet"))
+}

@@ -1,0 +1,90 @@
+//! `groundglass new MODEL.obj`: a first scene for a model, commented. Unlike a picture, a scene may hold
+//! somebody's work, so an existing file is replaced only with `--force`.
+
+use super::output;
+use groundglass::error::{Error, Result};
+use groundglass::scene::starter::{self, Statistics};
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The model (OBJ)
+    #[arg(value_name = "MODEL.obj")]
+    pub(super) model: PathBuf,
+    /// The scene to write; MODEL.toml in the current folder by default
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+    /// Replace an existing scene
+    #[arg(long)]
+    pub(super) force: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let model_name = arguments.model.display().to_string();
+    let model = arguments.model.canonicalize().map_err(|error| {
+        Error::invalid(format!("cannot be found: {error}")).in_file(&*model_name).remedy("check the path")
+    })?;
+    let target = arguments
+        .output
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(model.file_name().unwrap_or_default()).with_extension("toml"));
+    if target.is_file() && !arguments.force {
+        return Err(Error::invalid("there is a file of this name already")
+            .in_file(target.display().to_string())
+            .remedy("give another name with -o, or --force to replace it"));
+    }
+    let written = relative(&folder_of(&target)?, &model)?;
+    let statistics = measure(&model)?;
+    output::write_text(&target, &[model], &starter::scene_for(&statistics, &written))
+}
+
+/// Bounds and covered sides of the model's triangles.
+fn measure(_model: &Path) -> Result<Statistics> {
+    // TODO body: load the OBJ, then `starter::measure(triangles)`; None: it has no triangles.
+    Err(super::not_built("new"))
+}
+
+/// The folder that `target` will lie in, links resolved.
+fn folder_of(target: &Path) -> Result<PathBuf> {
+    let folder = match target.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    folder.canonicalize().map_err(|error| output::broken(target, &error))
+}
+
+/// The path from a folder to a file (both with links resolved), with forward slashes.
+fn relative(folder: &Path, file: &Path) -> Result<String> {
+    let (from, to): (Vec<_>, Vec<_>) = (folder.components().collect(), file.components().collect());
+    let shared = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
+    let refused = |message: &str, remedy: &str| {
+        Error::invalid(message.to_string()).in_file(file.display().to_string()).remedy(remedy)
+    };
+    if shared == 0 {
+        return Err(refused(
+            "no relative path leads there from the scene's folder",
+            "write the scene on the model's drive",
+        ));
+    }
+    let mut parts = vec![".."; from.len() - shared];
+    for part in to.iter().skip(shared) {
+        parts.push(part.as_os_str().to_str().ok_or_else(|| {
+            refused("its path is not UTF-8, as a scene file must be", "rename the file or folder")
+        })?);
+    }
+    Ok(parts.join("/"))
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn models_are_named_from_the_scenes_folder() {
+        let path = |folder: &str, file: &str| relative(Path::new(folder), Path::new(file)).unwrap();
+        assert_eq!(path("/a/b", "/a/b/m.obj"), "m.obj");
+        assert_eq!(path("/a/b", "/a/b/c/m.obj"), "c/m.obj");
+        assert_eq!(path("/a/b", "/a/x/m.obj"), "../x/m.obj");
+        assert_eq!(path("/", "/a/m.obj"), "a/m.obj");
+    }
+}

@@ -1,0 +1,189 @@
+//! Files that appear under their name only when they are whole. In: a path and a function that writes; out:
+//! the complete file, or none and an error. Written beside the target in the same folder, flushed to the
+//! disk, then renamed.
+
+use super::interrupt;
+use groundglass::error::{Error, ErrorKind, Result};
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// Writes the file `target` with `fill`. An existing regular file is replaced; `read` are the files that were
+/// read as input and must not be.
+///
+/// # Errors
+/// [`ErrorKind::Io`] when `target` is a folder or a device, lies in no folder, or cannot be written;
+/// [`ErrorKind::Invalid`] when it is one of `read`; and what `fill` returns. The target is then untouched.
+pub(super) fn write_whole(
+    target: &Path,
+    read: &[PathBuf],
+    fill: impl FnOnce(&mut BufWriter<File>) -> Result<()>,
+) -> Result<()> {
+    refuse_inputs(target, read)?;
+    let target = settle(target)?;
+    let temporary = Temporary::beside(&target)?;
+    let mut writer = BufWriter::new(temporary.create()?);
+    fill(&mut writer)?;
+    let failed = |error: io::Error| broken(&target, &error);
+    let file = writer.into_inner().map_err(|error| failed(error.into_error()))?;
+    file.sync_all().map_err(failed)?;
+    drop(file);
+    temporary.rename_to(&target)
+}
+
+/// Refuses a `target` that is one of the files in `read`, under whatever name. To be asked before the work,
+/// too: `write_whole` asks again.
+///
+/// # Errors
+/// [`ErrorKind::Invalid`], naming the file.
+pub(super) fn refuse_inputs(target: &Path, read: &[PathBuf]) -> Result<()> {
+    let Ok(target_file) = target.canonicalize() else { return Ok(()) };
+    let same = |path: &PathBuf| path.canonicalize().is_ok_and(|path| path == target_file);
+    if read.iter().any(same) {
+        return Err(Error::invalid("the output would replace a file that was read as input")
+            .in_file(target.display().to_string())
+            .remedy("give another name with -o"));
+    }
+    Ok(())
+}
+
+/// An error of writing, for use inside `fill` too.
+pub(super) fn broken(target: &Path, error: &io::Error) -> Error {
+    Error::new(ErrorKind::Io, format!("cannot be written: {error}")).in_file(target.display().to_string())
+}
+
+/// The file to replace: links resolved, so that a link stays one.
+fn settle(target: &Path) -> Result<PathBuf> {
+    let refused = |message: &str, remedy: &str| {
+        Err(Error::new(ErrorKind::Io, message.to_string())
+            .in_file(target.display().to_string())
+            .remedy(remedy))
+    };
+    if target.file_name().is_none() {
+        return refused("names a folder, not a file", "give a file name with -o");
+    }
+    match std::fs::metadata(target) {
+        Ok(found) if found.is_dir() => refused("is a folder", "give a file name with -o"),
+        Ok(found) if !found.is_file() => refused("is not a regular file", "give a file name with -o"),
+        Ok(_) => target.canonicalize().map_err(|error| broken(target, &error)),
+        Err(_) if target.is_symlink() => refused("is a link that leads nowhere", "remove it"),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            match target.parent() {
+                Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+                    return refused("its folder does not exist", "make the folder first");
+                }
+                _ => {}
+            }
+            Ok(target.to_path_buf())
+        }
+        Err(error) => Err(broken(target, &error)),
+    }
+}
+
+/// A file beside the target that is removed when dropped, unless renamed.
+struct Temporary {
+    path: PathBuf,
+    target: PathBuf,
+}
+
+impl Temporary {
+    fn beside(target: &Path) -> Result<Self> {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let Some(name) = target.file_name() else {
+            return Err(Error::new(ErrorKind::Io, "names no file").in_file(target.display().to_string()));
+        };
+        // Long names are cut: the system limits a name's length, and the suffix must fit.
+        let stem: String = name.to_string_lossy().chars().take(32).collect();
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let name = format!(".{stem}.{}-{count}.part", std::process::id());
+        Ok(Self { path: target.with_file_name(name), target: target.to_path_buf() })
+    }
+
+    fn create(&self) -> Result<File> {
+        let open = || OpenOptions::new().write(true).create_new(true).open(&self.path);
+        interrupt::register(&self.path, open).map_err(|error| broken(&self.target, &error))
+    }
+
+    fn rename_to(self, target: &Path) -> Result<()> {
+        let rename = || std::fs::rename(&self.path, target);
+        interrupt::release(&self.path, rename).map_err(|error| broken(target, &error))
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        // After a rename there is nothing of this name.
+        let _ = interrupt::release(&self.path, || std::fs::remove_file(&self.path));
+    }
+}
+
+/// Writes text whole.
+///
+/// # Errors
+/// As for [`write_whole`].
+pub(super) fn write_text(target: &Path, read: &[PathBuf], text: &str) -> Result<()> {
+    write_whole(target, read, |file| file.write_all(text.as_bytes()).map_err(|error| broken(target, &error)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn files(folder: &Path) -> Vec<String> {
+        let mut names: Vec<_> = std::fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_file_is_whole_or_untouched() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("a.txt");
+        write_text(&target, &[], "one").unwrap();
+        let failed = write_whole(&target, &[], |file| {
+            file.write_all(b"tw").unwrap();
+            Err(Error::new(ErrorKind::Cancelled, "stopped"))
+        });
+        assert_eq!(failed.unwrap_err().kind(), ErrorKind::Cancelled);
+        assert_eq!(std::fs::read_to_string(&target).unwrap(), "one");
+        write_text(&target, &[], "two").unwrap();
+        assert_eq!(std::fs::read_to_string(&target).unwrap(), "two");
+        assert_eq!(files(folder.path()), ["a.txt"]);
+    }
+
+    #[test]
+    fn folders_missing_folders_and_inputs_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let input = folder.path().join("scene.toml");
+        std::fs::write(&input, "x").unwrap();
+        let write = |path: &Path| write_text(path, std::slice::from_ref(&input), "y").unwrap_err();
+        assert_eq!(write(folder.path()).kind(), ErrorKind::Io);
+        assert_eq!(write(&folder.path().join("none/a.png")).kind(), ErrorKind::Io);
+        assert_eq!(write(Path::new("")).kind(), ErrorKind::Io);
+        assert_eq!(write(Path::new("..")).kind(), ErrorKind::Io);
+        let error =
+            write(&folder.path().join("../").join(folder.path().file_name().unwrap()).join("scene.toml"));
+        assert_eq!(error.kind(), ErrorKind::Invalid);
+        assert_eq!(write(&folder.path().join("x".repeat(5000))).kind(), ErrorKind::Io);
+        assert_eq!(std::fs::read_to_string(&input).unwrap(), "x");
+        assert_eq!(files(folder.path()), ["scene.toml"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_stay_links_and_devices_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let (real, link) = (folder.path().join("real.txt"), folder.path().join("link.txt"));
+        std::fs::write(&real, "x").unwrap();
+        std::os::unix::fs::symlink(&real, &link).unwrap();
+        write_text(&link, &[], "y").unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(std::fs::read_to_string(&real).unwrap(), "y");
+        assert_eq!(write_text(&link, &[real], "z").unwrap_err().kind(), ErrorKind::Invalid);
+        assert_eq!(write_text(Path::new("/dev/null"), &[], "z").unwrap_err().kind(), ErrorKind::Io);
+    }
+}

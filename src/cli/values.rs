@@ -1,0 +1,161 @@
+//! Numbers on the command line: `1,2,3;4,5,6`. In: a word; out: validated values, or what is wrong with it,
+//! which the argument parser reports as wrong usage.
+
+use glam::DVec3;
+use std::str::FromStr;
+
+/// `u,v;u,v`: lens points in the unit disk.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct LensPoints(pub(super) Vec<[f64; 2]>);
+
+/// `px,py,pz;nx,ny,nz`: a point and a unit normal.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct PlaneValue {
+    pub(super) point: DVec3,
+    pub(super) normal: DVec3,
+}
+
+/// `x,y,z;x,y,z;x,y,z`.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct PointsValue(pub(super) [DVec3; 3]);
+
+/// Metres, positive; infinity allowed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Distance(pub(super) f64);
+
+/// The most lens points of one call.
+const MOST_POINTS: usize = 65_536;
+
+/// Groups separated by semicolons, each of `N` finite numbers separated by commas.
+fn groups<const N: usize>(text: &str) -> Result<Vec<[f64; N]>, String> {
+    text.split(';')
+        .map(|group| {
+            let numbers: Vec<f64> = group
+                .split(',')
+                .map(|word| match word.trim().parse::<f64>() {
+                    Ok(value) if value.is_finite() => Ok(value),
+                    _ => Err(format!("`{}` is not a finite number", word.trim())),
+                })
+                .collect::<Result<_, _>>()?;
+            let count = numbers.len();
+            <[f64; N]>::try_from(numbers)
+                .map_err(|_| format!("`{}` has {count} numbers, and {N} are needed", group.trim()))
+        })
+        .collect()
+}
+
+impl FromStr for LensPoints {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let points = groups::<2>(text)?;
+        if points.len() > MOST_POINTS {
+            return Err(format!("at most {MOST_POINTS} points"));
+        }
+        // The rim itself belongs to the lens, also when its coordinates were rounded outward.
+        match points.iter().find(|[u, v]| u * u + v * v > 1.0 + 1e-12) {
+            Some([u, v]) => Err(format!("{u},{v} is outside the aperture, the disk u^2 + v^2 <= 1")),
+            None => Ok(Self(points)),
+        }
+    }
+}
+
+impl FromStr for PlaneValue {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let [point, normal] = <[[f64; 3]; 2]>::try_from(groups::<3>(text)?)
+            .map_err(|_| "a point and a normal are needed: px,py,pz;nx,ny,nz".to_string())?;
+        let normal = DVec3::from_array(normal);
+        // Scaled first, so that squares neither overflow nor vanish.
+        let scale = normal.abs().max_element();
+        match (normal / scale).try_normalize() {
+            Some(normal) if scale > 0.0 => Ok(Self { point: DVec3::from_array(point), normal }),
+            _ => Err("the normal is zero".into()),
+        }
+    }
+}
+
+impl FromStr for PointsValue {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        <[[f64; 3]; 3]>::try_from(groups::<3>(text)?)
+            .map(|points| Self(points.map(DVec3::from_array)))
+            .map_err(|points| format!("{} points given, and three are needed", points.len()))
+    }
+}
+
+impl FromStr for Distance {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.trim().parse::<f64>() {
+            Ok(value) if value > 0.0 => Ok(Self(value)),
+            _ => Err("a distance is a positive number of metres, or inf".into()),
+        }
+    }
+}
+
+/// Seconds: `2s`, `1.5s`, `500ms`, `2min`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Seconds(pub(super) f64);
+
+impl FromStr for Seconds {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let text = text.trim();
+        let (number, unit) = [("ms", 0.001), ("min", 60.0), ("s", 1.0), ("", 1.0)]
+            .iter()
+            .find_map(|&(suffix, unit)| Some((text.strip_suffix(suffix)?, unit)))
+            .unwrap_or((text, 1.0));
+        match number.trim().parse::<f64>() {
+            Ok(value) if value > 0.0 && (value * unit).is_finite() => Ok(Self(value * unit)),
+            _ => Err("a time is a positive number of seconds, such as 2s or 1.5s".into()),
+        }
+    }
+}
+
+/// A finite number above 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Positive(pub(super) f64);
+
+impl FromStr for Positive {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.trim().parse::<f64>() {
+            Ok(value) if value > 0.0 && value.is_finite() => Ok(Self(value)),
+            _ => Err("a positive number is needed".into()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_read_or_refused() {
+        assert_eq!("0,0; -0.5,1e-3".parse(), Ok(LensPoints(vec![[0.0, 0.0], [-0.5, 1e-3]])));
+        for wrong in ["", "1", "1,2,3", "nan,0", "inf,0", "2,0", "0,0;", "a,b"] {
+            assert!(wrong.parse::<LensPoints>().is_err(), "{wrong}");
+        }
+        let plane: PlaneValue = "1,2,3;0,1e-300,0".parse().unwrap();
+        assert_eq!((plane.point, plane.normal), (DVec3::new(1.0, 2.0, 3.0), DVec3::Y));
+        for wrong in ["1,2,3", "1,2,3;0,0,0", "1,2,3;0,1,0;0,0,0"] {
+            assert!(wrong.parse::<PlaneValue>().is_err(), "{wrong}");
+        }
+        assert!("0,0,0;1,0,0;0,1,0".parse::<PointsValue>().is_ok());
+        assert!("0,0,0;1,0,0".parse::<PointsValue>().is_err());
+        assert_eq!("inf".parse(), Ok(Distance(f64::INFINITY)));
+        for wrong in ["0", "-1", "nan", "x"] {
+            assert!(wrong.parse::<Distance>().is_err() && wrong.parse::<Positive>().is_err(), "{wrong}");
+        }
+        for (text, seconds) in [("2s", 2.0), ("500 ms", 0.5), ("2min", 120.0), ("1.5", 1.5)] {
+            assert_eq!(text.parse(), Ok(Seconds(seconds)));
+        }
+        assert!("s".parse::<Seconds>().is_err() && "-1s".parse::<Seconds>().is_err());
+    }
+}
