@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// A result with the crate's [`enum@Error`].
+/// A result with the crate's [`Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// What class of failure an [`Error`] is. The program maps each to an exit code.
