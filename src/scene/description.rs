@@ -96,8 +96,6 @@ pub struct MeshEntry {
     pub rotate_y: Angle,
     /// In metres.
     pub translate: DVec3,
-    /// The line that names the path.
-    pub place: Place,
 }
 
 /// The sun; colours are linear red, green, blue and not negative.
@@ -153,6 +151,11 @@ pub enum Budget {
 }
 
 impl SceneDescription {
+    /// The line of the file that names the mesh `index`, for errors of its assets.
+    pub fn mesh_place(&self, index: usize) -> Place {
+        self.document.place(&format!("mesh[{index}].path"))
+    }
+
     /// Width and height of the picture in pixels; `width` replaces the file's. The height follows from the
     /// film's shape, rounds half up and is at least 1.
     ///

@@ -41,21 +41,22 @@ impl Walk<'_> {
 
     /// `schema` describes a table with properties; the depth of calls is that of the schema.
     fn table(&mut self, path: &str, table: &DeTable<'_>, span: Range<usize>, schema: &Value) {
-        for (key, value) in table {
+        // In the order of the text, so that the first finding is made only once, however many follow.
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(key, _)| key.span().start);
+        for (key, value) in entries {
             let name: &str = key.get_ref();
-            let key_path = join(path, name);
-            match schema.get("properties").and_then(|properties| properties.get(name)) {
-                Some(inner) => self.value(&key_path, name, value, inner),
-                None => {
-                    let remedy = unknown_remedy(self.root, path, schema, name);
-                    // A key can be as long as the file.
-                    let shown: String = name.chars().take(60).collect();
-                    let shown_path = join(path, &shown);
-                    self.offer(false, key.span(), &shown_path, || {
-                        Error::invalid(format!("unknown key `{shown}`")).remedy(remedy)
-                    });
-                }
+            if let Some(inner) = schema.get("properties").and_then(|properties| properties.get(name)) {
+                self.value(&join(path, name), name, value, inner);
+                continue;
             }
+            // A key can be as long as the file.
+            let shown: String = name.chars().take(60).collect();
+            let root = self.root;
+            self.offer(false, key.span(), &join(path, &shown), || {
+                Error::invalid(format!("unknown key `{shown}`"))
+                    .remedy(unknown_remedy(root, path, schema, &shown))
+            });
         }
         for name in strings(schema.get("required")) {
             if !table.contains_key(name) {
@@ -197,12 +198,11 @@ fn unknown_remedy(root: &Value, path: &str, schema: &Value, name: &str) -> Strin
     let known: Vec<&str> = keys(schema).collect();
     let list = if path.is_empty() { "a scene".into() } else { bracketed(path) };
     let list = format!("{list} knows {}", known.join(", "));
-    let short: String = name.chars().take(60).collect();
-    if let Some(near) = nearest(&short, known.iter().copied()) {
+    if let Some(near) = nearest(name, known.iter().copied()) {
         return format!("did you mean `{near}`? {list}");
     }
-    match owner("", root, &short) {
-        Some(table) => format!("`{short}` belongs to {}; {list}", bracketed(&table)),
+    match owner("", root, name) {
+        Some(table) => format!("`{name}` belongs to {}; {list}", bracketed(&table)),
         None => format!("remove it; {list}"),
     }
 }

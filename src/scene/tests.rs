@@ -274,8 +274,13 @@ fn other_errors_are_clear() {
     let figure = error("kind = \"hinge\"\n");
     assert!(figure.to_string().contains("figure, not a scene"), "{figure}");
     assert_eq!(figure.place().line, Some(1));
-    let many: String = (0..20_000).map(|index| format!("key{index} = 1\n")).collect();
-    assert!(error(&many).to_string().contains("key0"));
+    // Many findings, many meshes and long keys take no more than linear time.
+    let many: String = (0..200_000).rev().map(|index| format!("key{index:06} = 1\n")).collect();
+    assert!(error(&many).to_string().contains("key199999"));
+    let meshes = format!("{CAMERA}{}", "[[mesh]]\npath = \"a.obj\"\n".repeat(50_000));
+    let scene = describe(&meshes).unwrap();
+    assert_eq!((scene.meshes.len(), scene.mesh_place(49_999).line), (50_000, Some(7 + 100_000)));
+    assert!(error(&format!("{} = 1", "k".repeat(1_000_000))).to_string().len() < 400);
     let tall = describe(&CAMERA.replace("[120.0, 96.0]", "[1.0, 100000.0]")).unwrap();
     assert_eq!(tall.picture_size(None).unwrap_err().kind(), ErrorKind::TooLarge);
 }

@@ -122,7 +122,6 @@ fn mesh(document: &Document, index: usize, table: &MeshTable) -> Result<MeshEntr
         scale: table.scale,
         rotate_y: Angle::degrees(table.rotate_y_deg),
         translate: DVec3::from_array(table.translate_m),
-        place: document.place(&key),
     })
 }
 
