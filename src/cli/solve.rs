@@ -5,7 +5,8 @@ use super::input::{self, SceneArguments};
 use super::values::{Distance, PlaneValue, PointsValue};
 use clap::ValueEnum;
 use groundglass::error::Result;
-use groundglass::scene::{Adjust, Focus, FocusTarget};
+use groundglass::optics::{Adjust, FocusTarget};
+use groundglass::scene::Focus;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -25,7 +26,7 @@ pub(super) struct Arguments {
     /// The standard to turn; the file's by default
     #[arg(long, value_name = "STANDARD")]
     pub(super) adjust: Option<AdjustValue>,
-    /// Keep uprights upright: level the camera and use rise and tilt instead
+    /// Stand the film upright first (tilting the rear), so that verticals stay parallel in the picture
     #[arg(long)]
     pub(super) upright: bool,
     /// Print JSON instead of text

@@ -5,6 +5,7 @@
 use super::document::Document;
 use crate::camera::Camera;
 use crate::error::{Error, ErrorKind, Place, Result};
+use crate::optics::{Adjust, FocusTarget};
 use crate::quantity::{Angle, Length};
 use glam::DVec3;
 
@@ -51,38 +52,12 @@ pub struct Blades {
 /// The plane that shall be sharp and how to reach it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Focus {
-    /// The target.
+    /// The target; a distance is positive and may be infinite, a normal has unit length, points may still lie on one line.
     pub target: FocusTarget,
     /// The standard to turn (of no effect for a distance).
     pub adjust: Adjust,
     /// The line of the file, or none for a target from the command line.
     pub place: Place,
-}
-
-/// What shall be sharp, in world metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FocusTarget {
-    /// The focus plane crosses the lens axis at this distance; positive, infinity allowed.
-    Distance(f64),
-    /// A plane.
-    Plane {
-        /// A point of the plane.
-        point: DVec3,
-        /// Its unit normal.
-        normal: DVec3,
-    },
-    /// The plane through three points, which may still lie on one line.
-    Points([DVec3; 3]),
-}
-
-/// Which standard the solver turns.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Adjust {
-    /// The lens standard.
-    #[default]
-    Front,
-    /// The film standard.
-    Rear,
 }
 
 /// An OBJ file and where it stands: world = translate + Ry(rotate_y) (scale * vertex).

@@ -5,6 +5,7 @@
 mod description;
 mod document;
 mod file;
+mod resolve;
 mod schema;
 mod shape;
 pub mod starter;
@@ -12,8 +13,7 @@ mod validate;
 mod validate_camera;
 
 pub use description::{
-    Adjust, Blades, Budget, Focus, FocusTarget, MAX_PICTURE_SIDE, MeshEntry, RenderSettings,
-    SceneDescription, Sky, Sun,
+    Blades, Budget, Focus, MAX_PICTURE_SIDE, MeshEntry, RenderSettings, SceneDescription, Sky, Sun,
 };
 pub use document::{Document, SIZE_LIMIT};
 pub use file::{SceneFile, parse};

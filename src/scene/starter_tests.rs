@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::camera::Camera;
-use crate::scene::{FocusTarget, parse};
+use crate::optics::FocusTarget;
+use crate::scene::parse;
 
 fn quad(corners: [DVec3; 4]) -> [[DVec3; 3]; 2] {
     let [a, b, c, d] = corners;

@@ -3,6 +3,7 @@
 use super::*;
 use crate::camera::Aperture;
 use crate::error::{Error, ErrorKind};
+use crate::optics::{Adjust, FocusTarget};
 use crate::quantity::{Angle, Length};
 use glam::DVec3;
 use std::path::Path;
@@ -113,6 +114,17 @@ fn the_reference_cameras_and_scenes_are_read() {
     for case in json["cases"].as_array().unwrap() {
         let scene = describe(case["scene_toml"].as_str().unwrap())
             .unwrap_or_else(|e| panic!("{}: {e}", case["name"]));
+        let solved = scene.solve();
+        assert_eq!(solved.is_err(), case["expect_error"].is_string(), "{}", case["name"]);
+        if let Err(error) = solved {
+            assert_eq!(error.kind(), ErrorKind::NoSolution);
+            assert!(error.place().key.as_deref().unwrap().starts_with("focus."), "{error}");
+            assert_eq!(
+                (error.place().file.as_deref(), error.place().line),
+                (Some("s.toml"), Some(10)),
+                "{error}"
+            );
+        }
         if let Some(size) = case["size_px"].as_array() {
             let (width, height) = scene.picture_size(None).unwrap();
             assert_eq!(

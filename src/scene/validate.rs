@@ -1,14 +1,13 @@
 //! From a [`SceneFile`] (shape and ranges are right) to a [`SceneDescription`]: what only several keys
 //! together can tell, units, directions and defaults. The camera's part is in `validate_camera`.
 
-use super::description::{
-    Adjust, Budget, Focus, FocusTarget, MeshEntry, RenderSettings, SceneDescription, Sky, Sun,
-};
+use super::description::{Budget, Focus, MeshEntry, RenderSettings, SceneDescription, Sky, Sun};
 use super::document::Document;
 use super::file::{AdjustWord, FocusTable, MeshTable, RenderTable, SceneFile, SkyTable, SunTable};
 use super::validate_camera;
 use crate::camera::{Aperture, unit};
 use crate::error::Result;
+use crate::optics::{Adjust, FocusTarget};
 use crate::quantity::{Angle, Length};
 use glam::DVec3;
 

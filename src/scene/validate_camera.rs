@@ -1,11 +1,12 @@
 //! The camera's tables to a [`Camera`]: rail frame, standards, aperture and film. In: tables whose
 //! numbers are in range; out: the camera, or an error with line, key and remedy.
 
-use super::description::{Adjust, Blades, Focus, FocusTarget};
+use super::description::{Blades, Focus};
 use super::document::Document;
 use super::file::{CameraTable, StandardTable};
 use crate::camera::{Aperture, Camera, FilmSize, Standard};
 use crate::error::Result;
+use crate::optics::{Adjust, FocusTarget};
 use crate::quantity::{Angle, FNumber, Length};
 use glam::DVec3;
 
