@@ -29,8 +29,14 @@ pub(super) struct RootArguments {
 pub(super) struct Input {
     pub(super) scene: SceneDescription,
     /// The scene file, links resolved.
-    #[expect(dead_code, reason = "for verbs that load assets or write")]
     pub(super) path: PathBuf,
+}
+
+impl Input {
+    /// The scene file as the user named it.
+    pub(super) fn name(&self) -> String {
+        self.scene.document.name().to_owned()
+    }
 }
 
 /// Reads and judges a scene file; its assets are not opened.

@@ -8,6 +8,8 @@ mod input;
 mod interrupt;
 mod new;
 mod optics;
+mod optics_json;
+mod optics_words;
 mod output;
 mod render;
 mod report;

@@ -45,7 +45,7 @@ fn measure(_model: &Path) -> Result<Statistics> {
 }
 
 /// The folder that `target` will lie in, links resolved.
-fn folder_of(target: &Path) -> Result<PathBuf> {
+pub(super) fn folder_of(target: &Path) -> Result<PathBuf> {
     let folder = match target.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
@@ -54,7 +54,7 @@ fn folder_of(target: &Path) -> Result<PathBuf> {
 }
 
 /// The path from a folder to a file (both with links resolved), with forward slashes.
-fn relative(folder: &Path, file: &Path) -> Result<String> {
+pub(super) fn relative(folder: &Path, file: &Path) -> Result<String> {
     let (from, to): (Vec<_>, Vec<_>) = (folder.components().collect(), file.components().collect());
     let shared = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
     let refused = |message: &str, remedy: &str| {

@@ -1,6 +1,9 @@
 //! `groundglass optics SCENE`: planes, lines, depth of field and matrices of a camera.
 
 use super::input::{self, SceneArguments};
+use super::optics_json::optics_json;
+use super::optics_words::{self, optics_words};
+use super::report;
 use super::values::LensPoints;
 use groundglass::error::Result;
 
@@ -17,7 +20,14 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let _input = input::read(&arguments.scene)?;
-    // TODO body: solve, Optics, print.
-    Err(super::not_built("optics"))
+    let input = input::read(&arguments.scene)?;
+    let optics = input.scene.optics()?;
+    let circle = input.scene.circle_of_confusion.as_metres();
+    report::warnings(&optics_words::warnings(&optics, &input.name()));
+    if arguments.json {
+        let points = arguments.samples_at.as_ref().map(|points| points.0.as_slice());
+        report::print_json(&optics_json(&optics, circle, points))
+    } else {
+        report::print(&optics_words(&optics, circle))
+    }
 }

@@ -26,6 +26,17 @@ pub(super) fn print(text: &str) -> Result<()> {
     }
 }
 
+/// Prints a value as JSON, every number so that it reads back exactly.
+///
+/// # Errors
+/// As [`print`].
+pub(super) fn print_json(value: &impl serde::Serialize) -> Result<()> {
+    let mut text = serde_json::to_string_pretty(value)
+        .map_err(|error| Error::new(ErrorKind::Io, format!("cannot be written as JSON: {error}")))?;
+    text.push('\n');
+    print(&text)
+}
+
 /// Reports an error and gives its exit code.
 pub(super) fn failure(error: &Error) -> ExitCode {
     say(&rendered(error, is_colourful()));
@@ -40,7 +51,6 @@ pub(super) fn usage(error: &clap::Error) -> ExitCode {
 }
 
 /// Reports warnings, one line each.
-#[expect(dead_code, reason = "for the verbs that load assets or solve optics")]
 pub(super) fn warnings(warnings: &[Warning]) {
     for warning in warnings {
         say(&printable(&format!("warning: {warning}")));

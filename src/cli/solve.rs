@@ -2,12 +2,16 @@
 //! file's; `--write` writes the scene with the movements found and without the target.
 
 use super::input::{self, SceneArguments};
+use super::optics_json::{self, Movements};
 use super::values::{Distance, PlaneValue, PointsValue};
+use super::{new, optics_words, output, report};
 use clap::ValueEnum;
-use groundglass::error::Result;
-use groundglass::optics::{Adjust, FocusTarget};
-use groundglass::scene::Focus;
-use std::path::PathBuf;
+use groundglass::camera::Camera;
+use groundglass::error::{Error, ErrorKind, Result};
+use groundglass::optics::{Adjust, FocusTarget, Optics, Unsolvable, solve, upright};
+use groundglass::scene::{Focus, with_movements};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("target").multiple(false))]
@@ -26,7 +30,7 @@ pub(super) struct Arguments {
     /// The standard to turn; the file's by default
     #[arg(long, value_name = "STANDARD")]
     pub(super) adjust: Option<AdjustValue>,
-    /// Stand the film upright first (tilting the rear), so that verticals stay parallel in the picture
+    /// Keep uprights upright: tilt the film parallel to `up` first (perspective correction)
     #[arg(long)]
     pub(super) upright: bool,
     /// Print JSON instead of text
@@ -47,7 +51,6 @@ pub(super) enum AdjustValue {
 
 impl Arguments {
     /// The target to solve for: the command line's, else the file's.
-    #[cfg_attr(not(test), expect(dead_code, reason = "for the body"))]
     pub(super) fn focus(&self, file: Option<&Focus>) -> Option<Focus> {
         let given = match (&self.plane, &self.points, &self.distance) {
             (Some(plane), ..) => Some(FocusTarget::Plane { point: plane.point, normal: plane.normal }),
@@ -69,10 +72,134 @@ impl Arguments {
     }
 }
 
+/// The JSON of `solve --json`.
+#[derive(Serialize)]
+struct Answer {
+    solved: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    limit: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    message: Option<String>,
+    /// The movements found; those of the nearest plane when the wanted one cannot be had.
+    #[serde(flatten)]
+    movements: Option<Found>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    miss_m: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Found {
+    front: Movements,
+    rear: Movements,
+    extension_mm: f64,
+    focus_plane: [f64; 4],
+}
+
+impl Found {
+    fn new(camera: &Camera) -> Result<Self> {
+        let optics = Optics::new(camera)?;
+        Ok(Self {
+            front: (&camera.front).into(),
+            rear: (&camera.rear).into(),
+            extension_mm: camera.extension.as_millimetres(),
+            focus_plane: optics_json::plane(optics.world_from_lens().plane(optics.focus_plane())),
+        })
+    }
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let _input = input::read(&arguments.scene)?;
-    // TODO body: solve for `arguments.focus(..)`, print, write.
-    Err(super::not_built("solve"))
+    let input = input::read(&arguments.scene)?;
+    let scene = &input.scene;
+    let Some(focus) = arguments.focus(scene.focus.as_ref()) else {
+        return Err(Error::invalid("the scene names nothing to make sharp")
+            .in_file(input.name())
+            .at_key("focus")
+            .remedy("add a [focus] table, or give --plane, --points or --distance"));
+    };
+    let mut camera = scene.camera;
+    if arguments.upright {
+        if focus.adjust == Adjust::Rear {
+            return Err(Error::new(
+                ErrorKind::Usage,
+                "--upright sets the rear standard, so the front one must be adjusted",
+            )
+            .remedy("leave out --adjust rear"));
+        }
+        camera = upright(&camera, scene.up).map_err(Error::from)?;
+    }
+    let solved = match solve(&camera, &focus.target, focus.adjust) {
+        Ok(solved) => solved,
+        Err(why) => return refuse(arguments, &focus, why),
+    };
+    let optics = Optics::new(&solved)?;
+    if let Some(target) = &arguments.write {
+        write(&input, &solved, target)?;
+    }
+    report::warnings(&optics_words::warnings(&optics, &input.name()));
+    if arguments.json {
+        let movements = Some(Found::new(&solved)?);
+        return report::print_json(&Answer {
+            solved: true,
+            limit: None,
+            message: None,
+            movements,
+            miss_m: None,
+        });
+    }
+    let mut text = optics_words::optics_words(&optics, scene.circle_of_confusion.as_metres());
+    if let Some(target) = &arguments.write {
+        text.push_str(&format!("\nwrote {}\n", target.display()));
+    }
+    report::print(&text)
+}
+
+/// No movement does it: says which limit stops it, and the nearest plane that can be had.
+fn refuse(arguments: &Arguments, focus: &Focus, why: Unsolvable) -> Result<()> {
+    if arguments.json {
+        report::print_json(&Answer {
+            solved: false,
+            limit: Some(format!("{:?}", why.limit)),
+            message: Some(why.message.clone()),
+            movements: why.nearest.as_ref().and_then(|nearest| Found::new(&nearest.camera).ok()),
+            miss_m: why.nearest.as_ref().map(|nearest| nearest.miss),
+        })?;
+    }
+    let mut remedy = match &why.nearest {
+        None => "ask for another plane, or move the camera".to_owned(),
+        Some(nearest) => {
+            let [x, y, z, e] = optics_json::plane(nearest.plane);
+            format!(
+                "the nearest parallel plane that can be sharp lies {} away: \
+                 --plane \"{},{},{};{x},{y},{z}\" (front {}; rear {})",
+                optics_words::length(nearest.miss),
+                -e * x,
+                -e * y,
+                -e * z,
+                optics_words::movements(&nearest.camera.front),
+                optics_words::movements(&nearest.camera.rear),
+            )
+        }
+    };
+    if arguments.upright {
+        remedy.push_str("; without --upright more can be had");
+    }
+    Err(Error::no_solution(why.message).at(focus.place.clone()).remedy(remedy))
+}
+
+/// Writes the scene with the movements found and without its target.
+fn write(input: &input::Input, camera: &Camera, target: &Path) -> Result<()> {
+    let from = input.path.parent().unwrap_or(Path::new("."));
+    let to = new::folder_of(target)?;
+    let moved = |path: &str| {
+        let file = from.join(path);
+        match file.canonicalize() {
+            // The same folder, or a mesh that is not there: the path stays as it is written.
+            Ok(file) if to != from => new::relative(&to, &file).unwrap_or_else(|_| path.to_owned()),
+            _ => path.to_owned(),
+        }
+    };
+    let text = with_movements(input.scene.document.text(), camera, moved)?;
+    output::write_text(target, &[], &text)
 }
 
 #[cfg(test)]

@@ -222,8 +222,9 @@ impl Optics {
     /// Whether the film plane reaches the aperture: some lens point has no film behind it.
     pub fn film_reaches_aperture(&self) -> bool {
         let slope = libm::hypot(self.n.dot(self.ex), self.n.dot(self.ey));
-        // Written so that a NaN counts as reaching.
-        !(self.e + self.radius * slope < 0.0)
+        let nearest = self.e + self.radius * slope;
+        // A film that is nowhere is behind no lens point either.
+        nearest.is_nan() || nearest >= 0.0
     }
 
     /// A lens point as a vector; `u`, `v` in metres along `ex`, `ey`.

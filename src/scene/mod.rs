@@ -6,6 +6,7 @@ mod description;
 mod document;
 mod file;
 mod resolve;
+mod rewrite;
 mod schema;
 mod shape;
 pub mod starter;
@@ -17,6 +18,7 @@ pub use description::{
 };
 pub use document::{Document, SIZE_LIMIT};
 pub use file::{SceneFile, parse};
+pub use rewrite::with_movements;
 pub use schema::schema;
 
 #[cfg(test)]

@@ -1,20 +1,63 @@
-//! The last step before optics: the camera with its focus target reached. In: a description; out: a camera
-//! whose movements and extension are final, or the error at the target's line.
+//! From a description to optics: movements solved, and what cannot be drawn yet refused by name.
 
-use super::description::SceneDescription;
+use super::description::{Budget, SceneDescription};
 use crate::camera::Camera;
 use crate::error::{Error, Result};
-use crate::optics;
+use crate::optics::{self, Optics};
 
 impl SceneDescription {
-    /// The camera with movements and extension solved for, where the file has a focus target; else as it stands.
+    /// The camera with its movements solved for the focus target, if there is one.
     ///
     /// # Errors
-    /// [`NoSolution`](crate::error::ErrorKind::NoSolution) when no movement reaches the target; it names the target's
-    /// line and the nearest plane that can be had.
+    /// [`crate::error::ErrorKind::NoSolution`] with the target's line when no movement does it, or with the camera's when
+    /// it cannot exist.
     pub fn solve(&self) -> Result<Camera> {
-        let Some(focus) = &self.focus else { return Ok(self.camera) };
-        optics::solve(&self.camera, &focus.target, focus.adjust)
-            .map_err(|unsolvable| Error::from(unsolvable).at(focus.place.clone()))
+        match &self.focus {
+            Some(focus) => optics::solve(&self.camera, &focus.target, focus.adjust)
+                .map_err(|unsolvable| Error::from(unsolvable).at(focus.place.clone())),
+            None => Ok(self.camera),
+        }
+    }
+
+    /// The optics of [`Self::solve`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn optics(&self) -> Result<Optics> {
+        Optics::new(&self.solve()?).map_err(|error| {
+            let key = error.place().key.clone().unwrap_or_else(|| "camera".to_owned());
+            let mut placed = Error::new(error.kind(), error.message()).at(self.document.place(&key));
+            if let Some(remedy) = error.remedy_text() {
+                placed = placed.remedy(remedy);
+            }
+            placed
+        })
+    }
+
+    /// Refuses by name what the scene asks for and rendering cannot do yet: nothing is silently ignored.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Invalid`] with the key's line.
+    pub fn refuse_unbuilt_effects(&self) -> Result<()> {
+        let asked = [
+            (self.sun.is_some_and(|sun| sun.shadows), "sun.shadows", "shadows = false"),
+            (
+                self.blades.is_some(),
+                "camera.aperture",
+                "no [camera.aperture] table: the aperture is then a disk",
+            ),
+            (self.render.diffraction, "render.diffraction", "diffraction = false"),
+            (matches!(self.render.budget, Budget::MaxError(_)), "render.max_error", "samples = N"),
+            (matches!(self.render.budget, Budget::Seconds(_)), "render.time_budget_s", "samples = N"),
+        ];
+        for (is_asked, key, instead) in asked {
+            if is_asked {
+                return Err(self
+                    .document
+                    .error(key, format!("`{key}` cannot be rendered yet"))
+                    .remedy(format!("use {instead}")));
+            }
+        }
+        Ok(())
     }
 }

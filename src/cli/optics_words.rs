@@ -1,0 +1,212 @@
+//! The same answers for people: what is sharp, where lines and planes pass, in words with units.
+
+use glam::DVec3;
+use groundglass::camera::{Aperture, Standard};
+use groundglass::error::Warning;
+use groundglass::geometry::{Line, Plane};
+use groundglass::optics::Optics;
+use std::fmt::Write;
+
+/// A length in the unit that reads best.
+pub(crate) fn length(metres: f64) -> String {
+    match metres.abs() {
+        0.0 => "0 mm".to_owned(),
+        v if v < 1e-3 => format!("{:.4} mm", metres * 1e3),
+        v if v < 1.0 => format!("{:.2} mm", metres * 1e3),
+        v if v < 1e4 => format!("{metres:.3} m"),
+        v if v < 1e7 => format!("{:.3} km", metres / 1e3),
+        _ => format!("{metres:.4e} m"),
+    }
+}
+
+fn degrees(radians: f64) -> String {
+    format!("{:.2} degrees", radians.to_degrees())
+}
+
+/// Where a point lies as the photographer sees it: lens space, so `x` right, `y` up, `-z` toward the subject.
+fn place(p: DVec3) -> String {
+    let size = p.abs().max_element();
+    let parts: Vec<String> =
+        [(p.y, "above", "below"), (p.x, "right of", "left of"), (-p.z, "in front of", "behind")]
+            .iter()
+            .filter(|(value, _, _)| value.abs() > 1e-9 * size)
+            .map(|&(value, positive, negative)| {
+                format!("{} {}", length(value.abs()), if value > 0.0 { positive } else { negative })
+            })
+            .collect();
+    if parts.is_empty() {
+        "through the lens centre".to_owned()
+    } else {
+        format!("{} the lens centre", parts.join(", "))
+    }
+}
+
+pub(crate) fn movements(standard: &Standard) -> String {
+    let parts: Vec<String> = [
+        ("tilt", standard.tilt.as_degrees(), "degrees"),
+        ("swing", standard.swing.as_degrees(), "degrees"),
+        ("rise", standard.rise.as_millimetres(), "mm"),
+        ("shift", standard.shift.as_millimetres(), "mm"),
+    ]
+    .iter()
+    .filter(|(_, value, _)| *value != 0.0)
+    .map(|(name, value, unit)| format!("{name} {} {unit}", number(*value)))
+    .collect();
+    if parts.is_empty() { "no movements".to_owned() } else { parts.join(", ") }
+}
+
+/// Four decimals, or an exponent where they would show nothing.
+fn number(value: f64) -> String {
+    if value != 0.0 && value.abs() < 1e-4 {
+        format!("{value:.3e}")
+    } else {
+        let text = format!("{value:.4}");
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    }
+}
+
+fn line_words(line: Line, optics: &Optics) -> String {
+    if line.is_at_infinity() {
+        return "at infinity (lens and film are parallel)".to_owned();
+    }
+    let unit = line.normalized();
+    let nearest = unit.nearest_to_origin().to_affine();
+    let up = optics.world_from_lens().vector_inverse(DVec3::Y);
+    let slope = libm::asin(unit.direction.dot(up).abs().min(1.0));
+    let lie =
+        if slope < 1e-6 { "level".to_owned() } else { format!("{} from the horizontal", degrees(slope)) };
+    format!("{}, {lie}; distance {}", place(nearest), length(nearest.length()))
+}
+
+fn plane_words(plane: Plane, optics: &Optics) -> String {
+    let unit = plane.normalized();
+    if unit.m == DVec3::ZERO {
+        return "at infinity".to_owned();
+    }
+    let cut = plane.meet_ray(DVec3::ZERO, optics.axis());
+    let along = cut.xyz.dot(optics.axis()) / cut.w;
+    let cuts = if cut.w == 0.0 || !along.is_finite() || along.abs() > 1e9 {
+        "runs parallel to the lens axis".to_owned()
+    } else if along < 0.0 {
+        format!("cuts the lens axis {} behind the lens", length(-along))
+    } else {
+        format!("cuts the lens axis {} in front of the lens", length(along))
+    };
+    let world = optics.world_from_lens().vector(unit.m);
+    let from_vertical = libm::acos(world.y.abs().min(1.0));
+    let stands = if from_vertical < 1e-6 {
+        "horizontal".to_owned()
+    } else if (from_vertical - std::f64::consts::FRAC_PI_2).abs() < 1e-6 {
+        "vertical".to_owned()
+    } else {
+        format!("{} from the horizontal", degrees(from_vertical))
+    };
+    let turned = libm::acos(unit.m.dot(optics.axis()).abs().min(1.0));
+    let facing = if turned < 1e-6 {
+        "square to the lens axis".to_owned()
+    } else {
+        format!("turned {} from square to the lens axis", degrees(turned))
+    };
+    format!("{cuts}; {stands}, {facing}")
+}
+
+/// The report of `optics` without `--json`.
+pub(crate) fn optics_words(optics: &Optics, circle_of_confusion: f64) -> String {
+    let camera = optics.camera();
+    let aperture = match camera.aperture {
+        Aperture::Pinhole => "pinhole".to_owned(),
+        Aperture::FNumber(n) => {
+            format!("f/{} ({} wide)", number(n.get()), length(camera.aperture_diameter()))
+        }
+    };
+    let film = camera.film;
+    let mut out = String::new();
+    let mut say = |name: &str, text: String| {
+        let _ = writeln!(out, "{name:<18} {text}");
+    };
+    say(
+        "camera",
+        format!(
+            "{} lens, {aperture}, on {} x {} mm film",
+            length(optics.focal_length()),
+            number(film.width.as_millimetres()),
+            number(film.height.as_millimetres())
+        ),
+    );
+    say("front standard", movements(&camera.front));
+    say("rear standard", movements(&camera.rear));
+    say(
+        "extension",
+        format!("{} mm from lens to film along the rail", number(camera.extension.as_millimetres())),
+    );
+    say("image circle", image_circle(optics));
+    say("sharp", plane_words(optics.focus_plane(), optics));
+    say("Scheimpflug line", line_words(optics.scheimpflug_line(), optics));
+    say("hinge line", line_words(optics.hinge_line(), optics));
+    match optics.depth_of_field(circle_of_confusion) {
+        None => say("depth of field", "without limit: a pinhole".to_owned()),
+        Some(dof) => {
+            say("circle of conf.", format!("{} on the film", length(circle_of_confusion)));
+            say("near limit", plane_words(dof.near, optics));
+            say("far limit", plane_words(dof.far, optics));
+            let (near, far) = (dof.near.m, dof.far.m);
+            let angle = libm::atan2(near.cross(far).length(), near.dot(far).abs());
+            if optics.hinge_line().is_at_infinity() {
+                say("wedge", "near and far limits are parallel".to_owned());
+            } else {
+                say(
+                    "wedge",
+                    format!("{} between near and far limits, which meet in the hinge line", degrees(angle)),
+                );
+            }
+        }
+    }
+    out
+}
+
+/// The largest angle from the lens axis to a film corner, radians, and the diameter of the image circle.
+pub(crate) fn coverage(optics: &Optics) -> (f64, f64) {
+    let film = optics.camera().film;
+    let (w, h) = (0.5 * film.width.as_metres(), 0.5 * film.height.as_metres());
+    let mut angle: f64 = 0.0;
+    let mut reach: f64 = 0.0;
+    // Where the lens axis meets the film.
+    let foot = optics.film_plane().meet_ray(DVec3::ZERO, optics.axis()).to_affine();
+    for (x, y) in [(w, h), (w, -h), (-w, h), (-w, -h)] {
+        let corner = optics.film_point(x, y);
+        let back = -optics.axis();
+        angle = angle.max(libm::atan2(back.cross(corner).length(), back.dot(corner)));
+        reach = reach.max((corner - foot).length());
+    }
+    (angle, 2.0 * reach)
+}
+
+fn image_circle(optics: &Optics) -> String {
+    let (angle, diameter) = coverage(optics);
+    format!("the film needs {} about the lens axis ({} of coverage)", length(diameter), degrees(2.0 * angle))
+}
+
+/// A lens that covers more than this from side to side is rare.
+const WIDE_DEGREES: f64 = 105.0;
+
+/// What a photographer should know before using this camera.
+pub(crate) fn warnings(optics: &Optics, file: &str) -> Vec<Warning> {
+    let warn = |message: String| Warning { file: file.to_owned(), line: None, message };
+    let mut list = Vec::new();
+    if optics.film_reaches_aperture() {
+        list.push(warn("the film plane reaches the aperture: such a scene cannot be rendered".into()));
+    }
+    let (angle, _) = coverage(optics);
+    if 2.0 * angle.to_degrees() > WIDE_DEGREES {
+        list.push(warn(format!(
+            "the film's corners lie {} from the lens axis: hardly any lens has such an image circle",
+            degrees(angle)
+        )));
+    }
+    // The focus plane crosses the axis behind the lens, or nowhere: what lies before the lens is out of focus.
+    let cut = optics.focus_plane().meet_ray(DVec3::ZERO, optics.axis());
+    if cut.xyz.dot(optics.axis()) * cut.w < 0.0 {
+        list.push(warn("the focus plane crosses the lens axis behind the lens".into()));
+    }
+    list
+}
