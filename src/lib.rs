@@ -5,4 +5,5 @@ pub mod error;
 pub mod geometry;
 pub mod optics;
 pub mod quantity;
+pub mod sampling;
 pub mod scene;
