@@ -2,24 +2,41 @@
 //! (the mirror structs) -> `validate` (a [`SceneDescription`]: units converted, defaults filled,
 //! every wrong value refused with its line); and from the files it names to models (`source` -> `assets`).
 
+mod assets;
 mod description;
+mod digest;
 mod document;
 mod file;
+mod library;
+mod material;
+mod mesh;
+mod mip;
+mod mtl;
+mod normalize;
+mod obj;
 mod schema;
 mod shape;
 mod source;
 pub mod starter;
+mod text;
+mod texture;
+mod triangulate;
 mod validate;
 mod validate_camera;
+mod warnings;
 
+pub use assets::{AssetLoader, Progress};
 pub use description::{
     Adjust, Blades, Budget, Focus, FocusTarget, MAX_PICTURE_SIDE, MeshEntry, RenderSettings,
     SceneDescription, Sky, Sun,
 };
 pub use document::{Document, SIZE_LIMIT};
 pub use file::{SceneFile, parse};
+pub use material::Material;
+pub use mesh::{Model, NONE, Triangle};
 pub use schema::schema;
 pub use source::{Files, Memory, Source};
+pub use texture::{Level, Texture};
 
 #[cfg(test)]
 mod tests;
