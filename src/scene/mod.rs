@@ -1,25 +1,47 @@
-//! From files to a scene: `document` (TOML with places) -> `shape` (against the schema) -> `file`
-//! (the mirror structs) -> `validate` (a [`SceneDescription`]: units converted, defaults filled,
-//! every wrong value refused with its line). The assets a description names are loaded elsewhere.
+//! From files to a scene, nothing left to look up.
+//!
+//! The scene file: `document` (TOML with places) -> `shape` (against the schema) -> `file` (the mirror
+//! structs) -> `validate` (a [`SceneDescription`]: units converted, defaults filled, every wrong value
+//! refused with its line) -> `resolve` (movements solved). Its assets: `source` (the one door to files) ->
+//! `normalize`, `obj`, `mtl`, `triangulate`, `texture`, `mip` -> `assets` (a [`Model`]).
 
+mod assets;
 mod description;
+mod digest;
 mod document;
 mod file;
+mod library;
+mod material;
+mod mesh;
+mod mip;
+mod mtl;
+mod normalize;
+mod obj;
 mod resolve;
 mod rewrite;
 mod schema;
 mod shape;
+mod source;
 pub mod starter;
+mod text;
+mod texture;
+mod triangulate;
 mod validate;
 mod validate_camera;
+mod warnings;
 
+pub use assets::{AssetLoader, Progress};
 pub use description::{
     Blades, Budget, Focus, MAX_PICTURE_SIDE, MeshEntry, RenderSettings, SceneDescription, Sky, Sun,
 };
 pub use document::{Document, SIZE_LIMIT};
 pub use file::{SceneFile, parse};
+pub use material::Material;
+pub use mesh::{Model, NONE, Triangle};
 pub use rewrite::with_movements;
 pub use schema::schema;
+pub use source::{Files, Memory, Source};
+pub use texture::{Level, Texture};
 
 #[cfg(test)]
 mod tests;

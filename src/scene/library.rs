@@ -1,0 +1,159 @@
+//! The material libraries of an OBJ: what its `mtllib` and `usemtl` say in, the materials that faces use out.
+
+use std::collections::{BTreeSet, HashMap};
+use std::path::{Path, PathBuf};
+
+use super::digest::{self, Digest};
+use super::mesh::NONE;
+use super::mtl::{self, Entry};
+use super::normalize::{Normalized, shown};
+use super::source::Source;
+use super::text::{readings, squeezed};
+use super::warnings::Warnings;
+use crate::error::Result;
+
+/// Longest MTL file, in bytes.
+const MTL_LIMIT: u64 = 64 << 20;
+
+/// Most `mtllib` statements that are followed.
+const STATEMENTS: usize = 256;
+
+/// A material as written, and the library that it is in.
+pub(crate) struct Written {
+    pub(crate) entry: Entry,
+    pub(crate) file: String,
+    pub(crate) folder: PathBuf,
+}
+
+/// Reads the libraries that the OBJ names, in its order, each once.
+pub(crate) fn read_libraries(
+    source: &dyn Source,
+    normalized: &Normalized,
+    file: &str,
+    fences: &[PathBuf],
+    warnings: &mut Warnings,
+    digests: &mut Vec<Digest>,
+) -> Vec<Written> {
+    let mut list = Vec::new();
+    let mut seen = BTreeSet::new();
+    if let Some((_, line)) = normalized.libraries.get(STATEMENTS) {
+        warnings
+            .add(file, Some(*line), "libraries", || "`mtllib` from here on is left out: too many".to_owned());
+    }
+    for (rest, line) in normalized.libraries.iter().take(STATEMENTS) {
+        if readings(rest).all(str::is_empty) {
+            warnings.add(file, Some(*line), "mtllib", || "`mtllib` names no file".to_owned());
+        }
+        for (name, found) in split_names(source, rest, fences) {
+            if found.as_ref().is_ok_and(|path| !seen.insert(path.clone())) {
+                continue;
+            }
+            let read = found.and_then(|path| Ok((source.read(&path, MTL_LIMIT)?, path)));
+            digests.push(read.as_ref().map_or(digest::ABSENT, |(bytes, _)| digest::of_bytes(bytes)));
+            let entries = read.and_then(|(bytes, path)| Ok((mtl::read(&bytes, &name, warnings)?, path)));
+            match entries {
+                Ok((entries, path)) => {
+                    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+                    let written = |entry| Written { entry, file: name.clone(), folder: folder.clone() };
+                    list.extend(entries.into_iter().map(written));
+                }
+                Err(e) => {
+                    let message =
+                        || format!("material library `{}` is left out: {}", shown(&name), e.message());
+                    warnings.add(file, Some(*line), &format!("mtllib {name}"), message);
+                }
+            }
+        }
+    }
+    list
+}
+
+/// The files that a `mtllib` names: one with spaces in its name, or several.
+fn split_names(source: &dyn Source, rest: &str, fences: &[PathBuf]) -> Vec<(String, Result<PathBuf>)> {
+    /// More words than this are taken one by one.
+    const WORDS: usize = 16;
+    let find = |name: &str| source.asset(&fences[0], name, fences);
+    let mut whole = None;
+    for name in readings(rest).filter(|name| !name.is_empty()) {
+        let found = find(name);
+        if found.is_ok() {
+            return vec![(name.to_owned(), found)];
+        }
+        whole = Some((name, found));
+    }
+    let Some((name, error)) = whole else { return Vec::new() };
+    let words: Vec<&str> = name.split_whitespace().collect();
+    let mut list = Vec::new();
+    let mut begin = 0;
+    while begin < words.len() {
+        let most = if words.len() > WORDS { begin + 1 } else { words.len() };
+        let longest = (begin + 1..=most).rev().map(|end| (words[begin..end].join(" "), end));
+        let found = longest.map(|(name, end)| (find(&name), name, end)).find(|(found, ..)| found.is_ok());
+        let (found, name, end) =
+            found.unwrap_or_else(|| (find(words[begin]), words[begin].to_owned(), begin + 1));
+        list.push((name, found));
+        begin = end;
+    }
+    if list.iter().all(|(_, found)| found.is_err()) {
+        return vec![(name.to_owned(), error)];
+    }
+    list
+}
+
+/// Which materials faces use.
+pub(crate) struct Chosen {
+    /// Into the library, in the order of first use.
+    pub(crate) used: Vec<usize>,
+    /// For each `usemtl`, its place in `used`, or [`NONE`].
+    pub(crate) targets: Vec<u32>,
+    /// Some face has no material.
+    pub(crate) plain: bool,
+}
+
+/// Finds the material of each `usemtl` that a face follows; of two with one name the later counts.
+pub(crate) fn choose(
+    normalized: &Normalized,
+    library: &[Written],
+    file: &str,
+    warnings: &mut Warnings,
+) -> Chosen {
+    // The whole name goes before what is left of it when its end is taken for a comment.
+    let (mut whole, mut short) = (HashMap::new(), HashMap::new());
+    for (at, written) in library.iter().enumerate() {
+        for (rank, name) in written.entry.names.iter().enumerate() {
+            if rank == 0 { &mut whole } else { &mut short }.insert(name.as_str(), at);
+        }
+    }
+    let mut chosen =
+        Chosen { used: Vec::new(), targets: vec![NONE; normalized.materials.len()], plain: false };
+    let mut settled = vec![false; normalized.materials.len()];
+    let mut places: HashMap<usize, u32> = HashMap::new();
+    for face in &normalized.faces {
+        let index = face.material as usize;
+        let Some((name, line)) = normalized.materials.get(index) else {
+            chosen.plain = true;
+            continue;
+        };
+        if std::mem::replace(&mut settled[index], true) {
+            continue;
+        }
+        let names: Vec<String> = readings(name).map(squeezed).collect();
+        let find = |name: &String| whole.get(name.as_str()).or_else(|| short.get(name.as_str()));
+        match names.iter().find_map(find) {
+            Some(&at) => {
+                let next = chosen.used.len() as u32;
+                let place = *places.entry(at).or_insert(next);
+                if place == next {
+                    chosen.used.push(at);
+                }
+                chosen.targets[index] = place;
+            }
+            None => {
+                chosen.plain = true;
+                let message = || format!("there is no material `{}`; the default is used", shown(name));
+                warnings.add(file, Some(*line), &format!("usemtl {name}"), message);
+            }
+        }
+    }
+    chosen
+}

@@ -1,0 +1,47 @@
+//! A material as shading takes it: an MTL's values in, checked numbers and decoded maps out.
+
+use std::sync::Arc;
+
+use super::texture::Texture;
+
+/// Diffuse reflectance where neither the OBJ nor the MTL says anything.
+const DEFAULT_DIFFUSE: f32 = 0.8;
+
+/// How a surface looks.
+///
+/// # Guarantees
+/// Every number is finite and not negative; `coverage` is at most 1.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// The name in the MTL; empty for the default material.
+    pub name: String,
+    /// `Kd`, linear light.
+    pub diffuse: [f32; 3],
+    /// `Ke`, linear light.
+    pub emission: [f32; 3],
+    /// `map_Kd`: linear light and opacity.
+    pub diffuse_map: Option<Arc<Texture>>,
+    /// `map_d`: its opacity is texel component 3.
+    pub opacity_map: Option<Arc<Texture>>,
+    /// `d`, or 1 - `Tr`: the share of rays that meet the surface.
+    pub coverage: f32,
+}
+
+impl Material {
+    /// What a face without a material has.
+    pub fn default_surface() -> Self {
+        Self {
+            name: String::new(),
+            diffuse: [DEFAULT_DIFFUSE; 3],
+            emission: [0.0; 3],
+            diffuse_map: None,
+            opacity_map: None,
+            coverage: 1.0,
+        }
+    }
+
+    /// The diffuse reflectance of a material without `Kd`: the map's own where there is one.
+    pub(crate) fn diffuse_without_kd(has_map: bool) -> [f32; 3] {
+        [if has_map { 1.0 } else { DEFAULT_DIFFUSE }; 3]
+    }
+}

@@ -1,0 +1,238 @@
+//! Geometry: a normalised OBJ in, positions, normals, coordinates and triangles out.
+//!
+//! `tobj` reads the records (as polygons, with an index list for each attribute); the normaliser's face records, in
+//! the same order, tell which attributes a face has and where it stands in the file.
+
+use std::collections::HashMap;
+
+use glam::{DVec2, DVec3, Vec2, Vec3};
+
+use super::mesh::{NONE, Triangle};
+use super::normalize::{Face, Normalized};
+use super::triangulate::{WORK_PER_FILE, triangulate};
+use super::warnings::Warnings;
+use crate::error::{Error, Result};
+
+/// What faces become with one material of the normalised list.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Target {
+    /// Index of the model's material.
+    pub(crate) material: u32,
+    /// Scale and offset of its maps, unless they change nothing.
+    pub(crate) mapping: Option<([f64; 2], [f64; 2])>,
+}
+
+/// A model without its materials.
+#[derive(Debug, Default)]
+pub(crate) struct Geometry {
+    pub(crate) positions: Vec<DVec3>,
+    pub(crate) normals: Vec<Vec3>,
+    pub(crate) texcoords: Vec<Vec2>,
+    pub(crate) triangles: Vec<Triangle>,
+}
+
+/// Builds the geometry; `target` answers for an index into the normalised materials, or [`NONE`].
+///
+/// # Errors
+/// When a face uses a vertex that is not finite.
+pub(crate) fn build(
+    normalized: &mut Normalized,
+    target: impl Fn(u32) -> Target,
+    file: &str,
+    warnings: &mut Warnings,
+) -> Result<Geometry> {
+    let text = std::mem::take(&mut normalized.text);
+    let no_materials = |_: &std::path::Path| Ok((Vec::new(), Default::default()));
+    let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &tobj::LoadOptions::default(), no_materials)
+        .map_err(|e| Error::invalid(e.to_string()))?;
+    drop(text);
+    let mesh = models.into_iter().next().map(|model| model.mesh).unwrap_or_default();
+    let attributes = Attributes::new(&mesh);
+    let mut geometry = Geometry {
+        positions: triples(&mesh.positions).collect(),
+        normals: attributes.normals.iter().map(|n| n.unwrap_or(Vec3::Z)).collect(),
+        texcoords: attributes
+            .texcoords
+            .iter()
+            .map(|uv| narrow(uv.unwrap_or_default()).unwrap_or_default())
+            .collect(),
+        triangles: Vec::new(),
+    };
+    let count: usize = normalized.faces.iter().map(|face| face.corners - 2).sum();
+    geometry.triangles.reserve_exact(count);
+
+    let mut mapped: HashMap<(u32, u32), Option<u32>> = HashMap::new();
+    let mut work = WORK_PER_FILE;
+    let mut begin = 0;
+    let (mut corners, mut texcoords) = (Vec::new(), Vec::new());
+    for face in &normalized.faces {
+        let range = begin..begin + face.corners;
+        begin = range.end;
+        let disagree = || Error::invalid("a face is read in two ways").at_line(face.line);
+        let indices = mesh.indices.get(range.clone()).ok_or_else(disagree)?;
+        corners.clear();
+        for &index in indices {
+            let position = geometry.positions.get(index as usize).copied().ok_or_else(disagree)?;
+            if !position.is_finite() {
+                return Err(
+                    Error::invalid("a face uses a vertex that is not a finite number").at_line(face.line)
+                );
+            }
+            corners.push(position);
+        }
+        let Target { material, mapping } = target(face.material);
+        let normals = attributes.normals_of(face, &mesh, range.clone(), file, warnings);
+        texcoords.clear();
+        if let Some(list) = attributes.texcoords_of(face, &mesh, range, file, warnings) {
+            match mapping {
+                None => texcoords.extend_from_slice(list),
+                Some((scale, offset)) => texcoords.extend(list.iter().filter_map(|&index| {
+                    *mapped.entry((material, index)).or_insert_with(|| {
+                        let uv = attributes.texcoords.get(index as usize).copied().flatten()?;
+                        let uv = narrow(uv * DVec2::from(scale) + DVec2::from(offset))?;
+                        geometry.texcoords.push(uv);
+                        Some(geometry.texcoords.len() as u32 - 1)
+                    })
+                })),
+            }
+        }
+        let pick = |list: Option<&[u32]>, of: [usize; 3]| {
+            list.filter(|list| list.len() == face.corners).map_or([NONE; 3], |list| of.map(|i| list[i]))
+        };
+        let before = work;
+        triangulate(&corners, &mut work, |of| {
+            geometry.triangles.push(Triangle {
+                positions: pick(Some(indices), of),
+                normals: pick(normals, of),
+                texcoords: pick(Some(&texcoords), of),
+                material,
+            });
+        });
+        if work == 0 && before > 0 {
+            let message =
+                || "the outlines of faces from here on are too tangled and may be filled wrongly".to_owned();
+            warnings.add(file, Some(face.line), "tangled", message);
+        }
+    }
+    Ok(geometry)
+}
+
+/// `tobj`'s normals and texture coordinates, none where they cannot be used.
+struct Attributes {
+    normals: Vec<Option<Vec3>>,
+    finite_normals: Vec<bool>,
+    texcoords: Vec<Option<DVec2>>,
+}
+
+impl Attributes {
+    fn new(mesh: &tobj::Mesh) -> Self {
+        let texcoords = mesh.texcoords.chunks_exact(2).map(|uv| DVec2::new(uv[0], uv[1]));
+        Self {
+            normals: triples(&mesh.normals).map(usable_normal).collect(),
+            finite_normals: triples(&mesh.normals).map(DVec3::is_finite).collect(),
+            texcoords: texcoords.map(|uv| narrow(uv).map(|_| uv)).collect(),
+        }
+    }
+
+    /// A face whose normals are not all usable has none: quietly if one is zero.
+    fn normals_of<'m>(
+        &self,
+        face: &Face,
+        mesh: &'m tobj::Mesh,
+        range: std::ops::Range<usize>,
+        file: &str,
+        warnings: &mut Warnings,
+    ) -> Option<&'m [u32]> {
+        let list = mesh.normal_indices.get(range).filter(|_| face.normals)?;
+        if list.iter().any(|&i| self.finite_normals.get(i as usize) != Some(&true)) {
+            let message = || "a face uses a normal that is not finite; its own is used".to_owned();
+            warnings.add(file, Some(face.line), "vn", message);
+        }
+        list.iter().all(|&i| matches!(self.normals.get(i as usize), Some(Some(_)))).then_some(list)
+    }
+
+    fn texcoords_of<'m>(
+        &self,
+        face: &Face,
+        mesh: &'m tobj::Mesh,
+        range: std::ops::Range<usize>,
+        file: &str,
+        warnings: &mut Warnings,
+    ) -> Option<&'m [u32]> {
+        let list = mesh.texcoord_indices.get(range).filter(|_| face.texcoords)?;
+        let usable = list.iter().all(|&i| matches!(self.texcoords.get(i as usize), Some(Some(_))));
+        if !usable {
+            let message =
+                || "a face uses a texture coordinate that is not finite; it gets no texture".to_owned();
+            warnings.add(file, Some(face.line), "vt", message);
+        }
+        usable.then_some(list)
+    }
+}
+
+fn triples(flat: &[f64]) -> impl Iterator<Item = DVec3> + '_ {
+    flat.chunks_exact(3).map(|p| DVec3::new(p[0], p[1], p[2]))
+}
+
+/// The coordinate in f32, if it is finite there.
+fn narrow(uv: DVec2) -> Option<Vec2> {
+    Some(uv.as_vec2()).filter(|uv| uv.is_finite())
+}
+
+/// The normal in f32 as it is, or made unit where f32 could not square it; none if it has no direction.
+fn usable_normal(n: DVec3) -> Option<Vec3> {
+    let largest = n.abs().max_element();
+    if !n.is_finite() || largest == 0.0 {
+        return None;
+    }
+    let fits = (1e-15..1e15).contains(&largest);
+    // Dividing by the largest part first keeps the square in range.
+    Some(if fits { n.as_vec3() } else { (n / largest).normalize().as_vec3() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::normalize::normalize;
+
+    fn run(text: &str, mapping: Option<([f64; 2], [f64; 2])>) -> Result<(Geometry, usize)> {
+        let mut warnings = Warnings::default();
+        let mut normalized = normalize(text.as_bytes(), "a.obj", &mut warnings, &|_| ())?;
+        let geometry = build(&mut normalized, |_| Target { material: 0, mapping }, "a.obj", &mut warnings)?;
+        Ok((geometry, warnings.finish("a.obj").len()))
+    }
+
+    const SQUARE: &str =
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 2\nvn 0 0 0\n";
+
+    #[test]
+    fn each_face_has_its_own_attributes_or_none() -> Result<()> {
+        let (g, warnings) =
+            run(&format!("{SQUARE}f 1 2 3\nf 1/1/1 2/2/1 3/3/1 4/4/1\nf 1//1 3//1 4//2\n"), None)?;
+        assert_eq!((g.triangles.len(), warnings), (4, 0));
+        assert_eq!((g.triangles[0].normals, g.triangles[0].texcoords), ([NONE; 3], [NONE; 3]));
+        let uv = g.triangles[2].texcoords.map(|i| g.texcoords[i as usize]);
+        assert_eq!(uv, [Vec2::ZERO, Vec2::ONE, Vec2::Y]);
+        assert_eq!(g.normals[g.triangles[1].normals[0] as usize], Vec3::new(0.0, 0.0, 2.0));
+        assert_eq!(g.triangles[3].normals, [NONE; 3], "a zero normal is none");
+        Ok(())
+    }
+
+    #[test]
+    fn map_scale_and_offset_are_applied() -> Result<()> {
+        let (g, _) = run(&format!("{SQUARE}f 1/1 2/2 3/3 4/4\n"), Some(([2.0, 3.0], [0.5, 0.0])))?;
+        let uv = g.triangles[0].texcoords.map(|i| g.texcoords[i as usize]);
+        assert_eq!(uv, [Vec2::new(0.5, 0.0), Vec2::new(2.5, 0.0), Vec2::new(2.5, 3.0)]);
+        Ok(())
+    }
+
+    #[test]
+    fn what_is_not_finite_is_refused_or_dropped() -> Result<()> {
+        let error = run(&format!("{SQUARE}v nan 0 0\nf 1 2 3\nf 1 2 5\n"), None).expect_err("not finite");
+        assert_eq!(error.place().line, Some(13));
+        assert!(run(&format!("{SQUARE}v nan 0 0\nf 1 2 3\n"), None).is_ok(), "no face uses it");
+        let (g, warnings) = run(&format!("{SQUARE}vt inf 0\nvn nan 0 0\nf 1/5/3 2/2/1 3/3/1\n"), None)?;
+        assert_eq!((g.triangles[0].texcoords, g.triangles[0].normals, warnings), ([NONE; 3], [NONE; 3], 2));
+        Ok(())
+    }
+}

@@ -1,0 +1,176 @@
+//! OBJ and MTL as text: bytes in, statements with their line numbers out.
+//!
+//! Mended here, because the format allows it or exporters write it: LF, CRLF or CR, a UTF-8 byte order mark,
+//! a back slash that continues a line (not in comments: Windows paths end in one), bytes that are not UTF-8
+//! (read as Latin-1, so that a name is the same in the OBJ and in its MTL).
+
+use std::borrow::Cow;
+
+use crate::error::{Error, Result};
+
+/// One statement: its continued lines joined, trimmed, never empty, never a comment.
+#[derive(Debug)]
+pub(crate) struct Statement<'a> {
+    /// Line on which it starts, from 1.
+    pub(crate) line: usize,
+    text: Cow<'a, str>,
+}
+
+impl Statement<'_> {
+    /// The first word.
+    pub(crate) fn keyword(&self) -> &str {
+        self.text.split(is_space).next().unwrap_or_default()
+    }
+
+    /// All after the first word, trimmed; may end in a comment.
+    pub(crate) fn rest(&self) -> &str {
+        self.text[self.keyword().len()..].trim_matches(is_space)
+    }
+
+    /// The words after the first, up to a comment.
+    pub(crate) fn operands(&self) -> impl Iterator<Item = &str> {
+        let rest = self.rest();
+        let end = rest.find('#').unwrap_or(rest.len());
+        rest[..end].split(is_space).filter(|word| !word.is_empty())
+    }
+}
+
+fn is_space(c: char) -> bool {
+    c.is_whitespace()
+}
+
+/// A name with a `#` in it, or a name and a comment? Both readings, the longer first, then the shorter if it differs.
+pub(crate) fn readings(rest: &str) -> impl Iterator<Item = &str> {
+    let comment = rest
+        .char_indices()
+        .find(|&(at, c)| c == '#' && rest[..at].chars().next_back().is_none_or(char::is_whitespace));
+    let short = comment.map(|(at, _)| rest[..at].trim_end());
+    let long = (!rest.starts_with('#')).then_some(rest);
+    long.into_iter().chain(short)
+}
+
+/// A material's name, runs of white space as one space.
+pub(crate) fn squeezed(name: &str) -> String {
+    name.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The statements of a file.
+///
+/// # Errors
+/// For UTF-16, which no reader of the format takes.
+pub(crate) fn statements(bytes: &[u8]) -> Result<Statements<'_>> {
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return Err(Error::invalid("this is UTF-16 text").remedy("save it as UTF-8"));
+    }
+    let bytes = bytes.strip_prefix(&[0xef, 0xbb, 0xbf]).unwrap_or(bytes);
+    // Only a file without any line feed is taken to end its lines with carriage returns, as old Macs did.
+    let end = if bytes.contains(&b'\n') { b'\n' } else { b'\r' };
+    Ok(Statements { bytes, at: 0, line: 0, end })
+}
+
+/// Iterator over [`Statement`]s.
+#[derive(Debug)]
+pub(crate) struct Statements<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    line: usize,
+    end: u8,
+}
+
+impl<'a> Statements<'a> {
+    /// Bytes read so far.
+    pub(crate) fn position(&self) -> usize {
+        self.at
+    }
+
+    fn next_line(&mut self) -> Option<&'a [u8]> {
+        let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
+        self.line += 1;
+        let end = rest.iter().position(|&b| b == self.end).unwrap_or(rest.len());
+        let line = &rest[..end];
+        self.at += end + 1;
+        Some(line)
+    }
+}
+
+impl<'a> Iterator for Statements<'a> {
+    type Item = Statement<'a>;
+
+    fn next(&mut self) -> Option<Statement<'a>> {
+        loop {
+            let first = self.next_line()?.trim_ascii();
+            let line = self.line;
+            if first.is_empty() || first.starts_with(b"#") {
+                continue;
+            }
+            let text = match first.strip_suffix(b"\\") {
+                None => decoded(first),
+                Some(begun) => {
+                    let mut whole = begun.to_vec();
+                    while let Some(next) = self.next_line() {
+                        let next = next.trim_ascii();
+                        let end = next.strip_suffix(b"\\");
+                        whole.push(b' ');
+                        whole.extend_from_slice(end.unwrap_or(next));
+                        if end.is_none() {
+                            break;
+                        }
+                    }
+                    Cow::Owned(decoded(&whole).into_owned())
+                }
+            };
+            let text = match text {
+                Cow::Borrowed(text) => Cow::Borrowed(text.trim()),
+                Cow::Owned(text) => Cow::Owned(text.trim().to_owned()),
+            };
+            if !text.is_empty() && !text.starts_with('#') {
+                return Some(Statement { line, text });
+            }
+        }
+    }
+}
+
+fn decoded(bytes: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => Cow::Borrowed(text),
+        Err(_) => Cow::Owned(bytes.iter().map(|&b| char::from(b)).collect()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn all(bytes: &[u8]) -> Vec<(usize, String, Vec<String>)> {
+        statements(bytes)
+            .expect("not UTF-16")
+            .map(|s| (s.line, s.keyword().to_owned(), s.operands().map(str::to_owned).collect()))
+            .collect()
+    }
+
+    #[test]
+    fn statements_are_mended_and_keep_their_lines() {
+        let text = b"\xef\xbb\xbfv 1 2 3\r\n# c:\\\r\n\tf 1 2 \\\r\n 3 # end\nusemtl caf\xe9\n\\\nf";
+        let (v, f) = ("v".to_owned(), "f".to_owned());
+        let words = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<_>>();
+        assert_eq!(
+            all(text),
+            [
+                (1, v, words("1 2 3")),
+                (3, f.clone(), words("1 2 3")),
+                (5, "usemtl".to_owned(), words("caf\u{e9}")),
+                (6, f, vec![]),
+            ]
+        );
+        assert_eq!(all(b"# old Mac\rv 1\r"), [(2, "v".to_owned(), vec!["1".to_owned()])]);
+        assert!(statements(b"\xff\xfev\0").is_err());
+    }
+
+    #[test]
+    fn a_name_may_hold_a_hash() {
+        assert_eq!(readings("wall #2 # old").collect::<Vec<_>>(), ["wall #2 # old", "wall"]);
+        assert_eq!(readings("a#b").collect::<Vec<_>>(), ["a#b"]);
+        assert_eq!(readings("# none").collect::<Vec<_>>(), [""]);
+        assert_eq!(readings("").collect::<Vec<_>>(), [""]);
+    }
+}

@@ -1,0 +1,247 @@
+//! Textures: a picture file's bytes in, linear-light mip levels out.
+//!
+//! Texels are stored as the file has them (row 0 is the top, orientation tags are not followed: texture coordinates
+//! go by the stored rows), red, green and blue decoded from sRGB to linear light, alpha as it is, not premultiplied.
+
+use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::OnceLock;
+
+use image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use rayon::prelude::*;
+
+use super::mip::next_level;
+
+/// Most texels on a side.
+const SIDE_LIMIT: u32 = 16384;
+
+/// Most texels in all: 8192 x 8192, whose levels take 683 MiB.
+const TEXEL_LIMIT: u64 = 1 << 26;
+
+/// Most memory that decoding may take, in bytes: what [`TEXEL_LIMIT`] texels of 8-bit RGBA take.
+const DECODED_LIMIT: u64 = 256 << 20;
+
+/// An alpha below this is a hole.
+const HALF: u16 = 1 << 15;
+
+/// One mip level.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Level {
+    /// Texels from left to right, at least 1.
+    pub width: u32,
+    /// Texels from top to bottom, at least 1.
+    pub height: u32,
+    /// Row by row from the top left: red, green, blue in linear light and opacity, 65535 for 1.
+    pub texels: Vec<[u16; 4]>,
+}
+
+/// A picture on a surface.
+///
+/// # Guarantees
+/// At least one level; the last is 1 x 1; each has `width * height` texels and is the exact area-weighted mean of
+/// the one before it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Texture {
+    /// From full resolution down to one texel.
+    pub levels: Vec<Level>,
+    /// Some texel of level 0 has an opacity below one half.
+    pub has_holes: bool,
+}
+
+impl Texture {
+    /// Builds the levels over level 0; none when its size does not match its texels or is zero.
+    pub fn from_level(level: Level) -> Option<Self> {
+        let size = u64::from(level.width) * u64::from(level.height);
+        if size == 0 || size != level.texels.len() as u64 {
+            return None;
+        }
+        let has_holes = level.texels.par_iter().any(|texel| texel[3] < HALF);
+        let mut levels = vec![level];
+        while let Some(next) = levels.last().and_then(next_level) {
+            levels.push(next);
+        }
+        Some(Self { levels, has_holes })
+    }
+
+    /// Bytes of memory that it takes.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.levels.iter().map(|level| level.texels.len() as u64 * 8).sum()
+    }
+}
+
+/// What a file is decoded for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Use {
+    /// `map_Kd`: colour and alpha.
+    Diffuse,
+    /// `map_d`: alpha if it has one, else its first channel, undecoded.
+    Opacity,
+}
+
+/// Decodes a picture file; `name` helps where the content does not tell the format (TGA has no mark).
+///
+/// # Errors
+/// A clause that says what is wrong with it.
+pub(crate) fn decode(bytes: &[u8], name: &Path, what_for: Use) -> Result<Texture, String> {
+    // Decoders are others' code and get hostile bytes: a fault of theirs must not end the program.
+    let picture = catch_unwind(AssertUnwindSafe(|| picture(bytes, name)))
+        .unwrap_or_else(|_| Err("its decoder failed".to_owned()))?;
+    let (width, height) = (picture.width(), picture.height());
+    let texels = match what_for {
+        Use::Diffuse => colours(picture),
+        Use::Opacity => opacities(picture),
+    };
+    let texels = texels.ok_or("there is not enough memory for it")?;
+    Texture::from_level(Level { width, height, texels }).ok_or_else(|| "it is empty".to_owned())
+}
+
+fn picture(bytes: &[u8], name: &Path) -> Result<DynamicImage, String> {
+    let said = name.extension().and_then(ImageFormat::from_extension);
+    let seen = image::guess_format(bytes).ok();
+    let format = seen.filter(ImageFormat::reading_enabled).or(said).or(seen);
+    let format = format.ok_or("it is no picture of a known format")?;
+    let reader = || {
+        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+        let mut limits = Limits::default();
+        limits.max_image_width = Some(SIDE_LIMIT);
+        limits.max_image_height = Some(SIDE_LIMIT);
+        limits.max_alloc = Some(DECODED_LIMIT);
+        reader.limits(limits);
+        reader
+    };
+    let (width, height) = reader().into_dimensions().map_err(|e| clause(&e))?;
+    if width.max(height) > SIDE_LIMIT || u64::from(width) * u64::from(height) > TEXEL_LIMIT {
+        return Err(format!("its {width} x {height} texels are more than allowed"));
+    }
+    reader().decode().map_err(|e| clause(&e))
+}
+
+/// A decoder's message as one line.
+fn clause(error: &image::ImageError) -> String {
+    let text: Vec<String> = error.to_string().split_whitespace().map(super::normalize::shown).collect();
+    text.join(" ").chars().take(200).collect()
+}
+
+/// Converts a decoded picture texel by texel; none when memory runs out.
+fn each<T: Sync>(
+    samples: &[T],
+    per_texel: usize,
+    f: impl Fn(&[T]) -> [u16; 4] + Send + Sync,
+) -> Option<Vec<[u16; 4]>> {
+    let mut texels = Vec::new();
+    texels.try_reserve_exact(samples.len() / per_texel).ok()?;
+    texels.par_extend(samples.par_chunks_exact(per_texel).map(f));
+    Some(texels)
+}
+
+fn colours(picture: DynamicImage) -> Option<Vec<[u16; 4]>> {
+    let eight = linear_from_8();
+    let l8 = |v: u8| eight[usize::from(v)];
+    let a8 = |v: u8| u16::from(v) * 257;
+    match picture {
+        DynamicImage::ImageLuma8(p) => each(p.as_raw(), 1, |s| [l8(s[0]), l8(s[0]), l8(s[0]), u16::MAX]),
+        DynamicImage::ImageLumaA8(p) => each(p.as_raw(), 2, |s| [l8(s[0]), l8(s[0]), l8(s[0]), a8(s[1])]),
+        DynamicImage::ImageRgb8(p) => each(p.as_raw(), 3, |s| [l8(s[0]), l8(s[1]), l8(s[2]), u16::MAX]),
+        DynamicImage::ImageRgba8(p) => each(p.as_raw(), 4, |s| [l8(s[0]), l8(s[1]), l8(s[2]), a8(s[3])]),
+        other => {
+            let sixteen = linear_from_16();
+            let l16 = |v: u16| sixteen.get(usize::from(v)).copied().unwrap_or(v);
+            each(other.into_rgba16().as_raw(), 4, |s| [l16(s[0]), l16(s[1]), l16(s[2]), s[3]])
+        }
+    }
+}
+
+fn opacities(picture: DynamicImage) -> Option<Vec<[u16; 4]>> {
+    let opacity = |v: u16| [u16::MAX, u16::MAX, u16::MAX, v];
+    let o8 = |v: u8| opacity(u16::from(v) * 257);
+    match picture {
+        DynamicImage::ImageLuma8(p) => each(p.as_raw(), 1, |s| o8(s[0])),
+        DynamicImage::ImageLumaA8(p) => each(p.as_raw(), 2, |s| o8(s[1])),
+        DynamicImage::ImageRgb8(p) => each(p.as_raw(), 3, |s| o8(s[0])),
+        DynamicImage::ImageRgba8(p) => each(p.as_raw(), 4, |s| o8(s[3])),
+        other => {
+            let part = if other.color().has_alpha() { 3 } else { 0 };
+            each(other.into_rgba16().as_raw(), 4, |s| opacity(s[part]))
+        }
+    }
+}
+
+/// The sRGB decoding curve (IEC 61966-2-1), both in [0, 1].
+fn linear(encoded: f64) -> f64 {
+    if encoded <= 0.04045 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
+}
+
+fn table(entries: u32) -> Vec<u16> {
+    let top = f64::from(entries - 1);
+    (0..entries).map(|v| libm::round(linear(f64::from(v) / top) * 65535.0) as u16).collect()
+}
+
+fn linear_from_8() -> &'static [u16; 256] {
+    static TABLE: OnceLock<[u16; 256]> = OnceLock::new();
+    TABLE.get_or_init(|| {
+        let mut fixed = [0; 256];
+        fixed.copy_from_slice(&table(256));
+        fixed
+    })
+}
+
+fn linear_from_16() -> &'static [u16] {
+    static TABLE: OnceLock<Vec<u16>> = OnceLock::new();
+    TABLE.get_or_init(|| table(1 << 16))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::{ImageBuffer, Luma, LumaA, Rgb, Rgba};
+
+    fn png(picture: impl Into<DynamicImage>) -> Vec<u8> {
+        let mut bytes = Cursor::new(Vec::new());
+        picture.into().write_to(&mut bytes, ImageFormat::Png).expect("a PNG");
+        bytes.into_inner()
+    }
+
+    fn first(bytes: &[u8], what_for: Use) -> [u16; 4] {
+        decode(bytes, Path::new("a.png"), what_for).expect("decodes").levels[0].texels[0]
+    }
+
+    #[test]
+    fn colours_become_linear_and_opacity_does_not() {
+        // sRGB 188 is 0.5029 in linear light: 32956.9 of 65535.
+        let rgba = png(ImageBuffer::from_pixel(2, 3, Rgba([188u8, 0, 255, 100])));
+        assert_eq!(first(&rgba, Use::Diffuse), [32957, 0, 65535, 25700]);
+        assert_eq!(first(&rgba, Use::Opacity)[3], 25700);
+        let rgb = png(ImageBuffer::from_pixel(1, 1, Rgb([188u8, 1, 2])));
+        assert_eq!(first(&rgb, Use::Opacity)[3], 188 * 257);
+        let grey = png(ImageBuffer::from_pixel(1, 1, Luma([188u16 * 257])));
+        assert_eq!(first(&grey, Use::Diffuse), [32957, 32957, 32957, 65535]);
+        assert_eq!(first(&grey, Use::Opacity)[3], 188 * 257);
+        let both = png(ImageBuffer::from_pixel(1, 1, LumaA([188u16 * 257, 99])));
+        assert_eq!(first(&both, Use::Opacity)[3], 99);
+    }
+
+    #[test]
+    fn holes_are_seen_and_levels_end_in_one_texel() {
+        let texture = |alpha| {
+            let picture =
+                png(ImageBuffer::from_fn(5, 3, |x, _| Rgba([9u8, 9, 9, if x == 4 { alpha } else { 255 }])));
+            decode(&picture, Path::new("a"), Use::Diffuse).expect("decodes")
+        };
+        assert!(texture(127).has_holes && !texture(128).has_holes);
+        let sizes: Vec<_> = texture(0).levels.iter().map(|l| (l.width, l.height)).collect();
+        assert_eq!(sizes, [(5, 3), (2, 1), (1, 1)]);
+    }
+
+    #[test]
+    fn too_large_or_broken_is_refused() {
+        for (width, height) in [(SIDE_LIMIT + 1, 1), (8193, 8192)] {
+            let picture = png(ImageBuffer::<Luma<u8>, _>::new(width, height));
+            assert!(decode(&picture, Path::new("a.png"), Use::Diffuse).is_err(), "{width} x {height}");
+        }
+        let whole = png(ImageBuffer::from_pixel(9, 9, Rgb([1u8, 2, 3])));
+        for end in 0..whole.len() - 20 {
+            assert!(decode(&whole[..end], Path::new("a.png"), Use::Diffuse).is_err(), "cut at {end}");
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! The asset loader on meshes held in memory: defaults, names, warnings and where they point, digests.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use groundglass::error::{ErrorKind, Result};
+use groundglass::scene::{AssetLoader, Memory, Model};
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n";
+
+fn png(texel: [u8; 4]) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let picture = image::RgbaImage::from_pixel(2, 2, image::Rgba(texel));
+    picture.write_to(&mut bytes, image::ImageFormat::Png).expect("a PNG");
+    bytes.into_inner()
+}
+
+fn load(files: &Memory, name: &str) -> Result<(Arc<Model>, Vec<String>)> {
+    let mut loader = AssetLoader::new(files, Path::new("scene"));
+    let model = loader.load_obj(name)?;
+    Ok((model, loader.warnings().iter().map(ToString::to_string).collect()))
+}
+
+fn text(text: impl Into<String>) -> Vec<u8> {
+    text.into().into_bytes()
+}
+
+#[test]
+fn defaults_are_those_of_the_contract() -> Result<()> {
+    let obj = format!(
+        "{TRIANGLE}mtllib a.mtl\nusemtl bare\nf 1 2 3\nusemtl mapped\nf 1 2 3\nusemtl broken\nf 1 2 3\n"
+    );
+    let mtl = "newmtl bare\nKe 1 2 3\nnewmtl mapped\nmap_Kd t.png\nd 0.5\nnewmtl broken\nmap_Kd none.png\nnewmtl x\n";
+    let files = Memory::new()
+        .with("scene/a.obj", text(obj))
+        .with("scene/a.mtl", text(mtl))
+        .with("scene/t.png", png([255, 255, 255, 0]));
+    let (model, warnings) = load(&files, "a.obj")?;
+    let [bare, mapped, broken, default] = &model.materials[..] else { panic!("four materials") };
+    assert_eq!((bare.diffuse, bare.emission, bare.coverage), ([0.8; 3], [1.0, 2.0, 3.0], 1.0));
+    assert_eq!((mapped.diffuse, mapped.coverage), ([1.0; 3], 0.5));
+    assert!(mapped.diffuse_map.as_ref().is_some_and(|map| map.has_holes && map.levels.len() == 2));
+    assert!(broken.diffuse == [0.8; 3] && broken.diffuse_map.is_none());
+    assert!(default.diffuse == [0.8; 3] && default.name.is_empty());
+    assert_eq!((model.named_materials, model.textures), (3, 1));
+    assert_eq!(model.triangles.iter().map(|t| t.material).collect::<Vec<_>>(), [3, 0, 1, 2]);
+    assert_eq!(warnings, ["a.mtl:7: texture `none.png` is left out: there is no file `none.png`"]);
+    Ok(())
+}
+
+#[test]
+fn what_a_mesh_names_stays_in_its_folder_or_the_scenes() -> Result<()> {
+    let obj = format!("mtllib mtl\\a.mtl\nusemtl a\n{TRIANGLE}");
+    let mtl = |name: &str| text(format!("newmtl a\nmap_Kd {name}\n"));
+    let files = |name: &str| {
+        Memory::new()
+            .with("meshes/a.obj", text(obj.as_str()))
+            .with("meshes/mtl/a.mtl", mtl(name))
+            .with("meshes/t 1.png", png([1; 4]))
+            .with("scene/t.png", png([1; 4]))
+            .with("other/t.png", png([1; 4]))
+    };
+    for name in ["..\\t 1.png", "t 1.png", "t 1.png # a comment", "../../scene/t.png", "-s 2 2 t 1.png"] {
+        let (model, warnings) = load(&files(name), "../meshes/a.obj")?;
+        assert!(model.materials[0].diffuse_map.is_some() && warnings.is_empty(), "{name}: {warnings:?}");
+    }
+    for name in ["../../other/t.png", "/other/t.png", "https://a/t.png", ".", "../../../t.png"] {
+        let (model, warnings) = load(&files(name), "../meshes/a.obj")?;
+        assert!(model.materials[0].diffuse_map.is_none(), "{name}");
+        assert!(warnings.len() == 1 && warnings[0].contains(name), "{name}: {warnings:?}");
+    }
+    Ok(())
+}
+
+#[test]
+fn several_libraries_and_names_with_spaces_are_found() -> Result<()> {
+    let obj =
+        format!("usemtl red # old\n{TRIANGLE}usemtl wall  #2\nf 1 2 3\nmtllib a b.mtl none.mtl c.mtl\n");
+    let files = Memory::new()
+        .with("scene/a.obj", text(obj))
+        .with("scene/a b.mtl", text("newmtl red\nKd 1 0 0\n"))
+        .with("scene/c.mtl", text("newmtl wall #1\nKd 0 1 0\nnewmtl wall #2\nKd 0 0 1\n"));
+    let (model, warnings) = load(&files, "a.obj")?;
+    let colours: Vec<_> = model.materials.iter().map(|m| m.diffuse).collect();
+    assert_eq!(colours, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
+    assert!(warnings.len() == 1 && warnings[0].contains("none.mtl"), "{warnings:?}");
+    Ok(())
+}
+
+#[test]
+fn the_digest_is_of_bytes_not_of_paths() -> Result<()> {
+    let digest = |folder: &str, texel: u8| {
+        let obj = format!("mtllib a.mtl\nusemtl a\n{TRIANGLE}");
+        let files = Memory::new()
+            .with(&format!("{folder}/a.obj"), text(obj))
+            .with(&format!("{folder}/a.mtl"), text("newmtl a\nmap_Kd t.png\nmap_d t.png\n"))
+            .with(&format!("{folder}/t.png"), png([texel; 4]));
+        let mut loader = AssetLoader::new(&files, Path::new("scene"));
+        let name = format!("../{folder}/a.obj");
+        let model = loader.load_obj(&name)?;
+        assert!(Arc::ptr_eq(&model, &loader.load_obj(&name)?), "read once");
+        assert_eq!(model.textures, 1, "one file, decoded for two uses");
+        Ok::<_, groundglass::error::Error>(loader.digest())
+    };
+    assert_eq!(digest("x", 1)?, digest("y", 1)?);
+    assert_ne!(digest("x", 1)?, digest("x", 2)?);
+    Ok(())
+}
+
+#[test]
+fn a_mesh_that_cannot_be_says_where_and_why() {
+    let files =
+        Memory::new().with("scene/a.obj", text("v 0 0 0\nf 1 1 2\n")).with("scene/b.obj", text("v 0 0 0\n"));
+    let say = |name: &str| load(&files, name).expect_err("it cannot be");
+    assert!(say("a.obj").to_string().starts_with("a.obj:2: a face names vertex 2"), "{}", say("a.obj"));
+    for name in ["b.obj", "none.obj", "/scene/a.obj", "../scene"] {
+        let error = say(name);
+        assert!(error.kind() == ErrorKind::Invalid && error.to_string().contains(name), "{error}");
+    }
+}
