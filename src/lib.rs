@@ -4,6 +4,13 @@ pub mod camera;
 pub mod error;
 pub mod geometry;
 pub mod optics;
+pub mod picture;
+pub mod plan;
 pub mod quantity;
+mod raster;
+pub mod render;
 pub mod sampling;
 pub mod scene;
+mod shade;
+
+pub use glam;

@@ -1,7 +1,10 @@
 //! `groundglass check SCENE`: loads a scene and its assets and says what is in them.
 
 use super::input::{self, SceneArguments};
+use super::{optics_words, report};
 use groundglass::error::Result;
+use groundglass::scene::Scene;
+use serde::Serialize;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -12,9 +15,77 @@ pub(super) struct Arguments {
     pub(super) json: bool,
 }
 
+/// The JSON of the contract.
+#[derive(Serialize)]
+struct Found<'a> {
+    meshes: Vec<Mesh<'a>>,
+    warnings: Vec<Warning<'a>>,
+}
+
+#[derive(Serialize)]
+struct Mesh<'a> {
+    path: &'a str,
+    triangles: usize,
+    materials: usize,
+    textures: usize,
+    bounds_m: [[f64; 3]; 2],
+}
+
+#[derive(Serialize)]
+struct Warning<'a> {
+    file: &'a str,
+    line: Option<usize>,
+    message: &'a str,
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let input = input::read(&arguments.scene)?;
-    // TODO body: load `input.scene.meshes`, print the contract's JSON.
-    let _ = input.scene.meshes;
-    Err(super::not_built("check"))
+    let scene = input.load()?;
+    report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
+    if arguments.json {
+        report::print_json(&found(&scene))
+    } else {
+        report::warnings(&scene.warnings);
+        report::print(&words(&scene))
+    }
+}
+
+fn found(scene: &Scene) -> Found<'_> {
+    Found {
+        meshes: scene
+            .meshes
+            .iter()
+            .map(|mesh| Mesh {
+                path: &mesh.path,
+                triangles: mesh.triangles,
+                materials: mesh.materials,
+                textures: mesh.textures,
+                bounds_m: mesh.bounds.map(|corner| corner.to_array()),
+            })
+            .collect(),
+        warnings: scene
+            .warnings
+            .iter()
+            .map(|w| Warning { file: &w.file, line: w.line, message: &w.message })
+            .collect(),
+    }
+}
+
+fn words(scene: &Scene) -> String {
+    let mut text = String::new();
+    for mesh in &scene.meshes {
+        let [low, high] = mesh.bounds;
+        text.push_str(&format!(
+            "{}: {} triangles, {} materials, {} textures, {} x {} x {}\n",
+            mesh.path,
+            mesh.triangles,
+            mesh.materials,
+            mesh.textures,
+            optics_words::length(high.x - low.x),
+            optics_words::length(high.y - low.y),
+            optics_words::length(high.z - low.z),
+        ));
+    }
+    text.push_str(&format!("{} warnings\n", scene.warnings.len()));
+    text
 }

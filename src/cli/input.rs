@@ -1,10 +1,12 @@
 //! The scene a verb works on. In: the path and the root folder from the command line; out: the described
-//! scene and the files that were read (which no output may replace).
+//! scene, its assets when asked for, and the files that were read (which no output may replace).
 
-use groundglass::error::{Error, ErrorKind, Result};
-use groundglass::scene::{Document, SIZE_LIMIT, SceneDescription, SceneFile};
-use std::io::{self, Read};
+use super::progress::Progress;
+use groundglass::error::Result;
+use groundglass::scene::{Document, Files, SIZE_LIMIT, Scene, SceneDescription, SceneFile, Source};
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// The scene argument of every verb that reads one.
 #[derive(Debug, clap::Args)]
@@ -25,25 +27,18 @@ pub(super) struct RootArguments {
 }
 
 /// A described scene and where it came from.
-#[derive(Debug)]
 pub(super) struct Input {
     pub(super) scene: SceneDescription,
     /// The scene file, links resolved.
     pub(super) path: PathBuf,
-}
-
-impl Input {
-    /// The scene file as the user named it.
-    pub(super) fn name(&self) -> String {
-        self.scene.document.name().to_owned()
-    }
+    source: Recorded<Box<dyn Source>>,
 }
 
 /// Reads and judges a scene file; its assets are not opened.
 ///
 /// # Errors
-/// [`ErrorKind::Invalid`] when it is missing, no regular file, outside the root, or wrong;
-/// [`ErrorKind::Io`] when it cannot be read.
+/// [`Invalid`](groundglass::error::ErrorKind::Invalid) when it is missing, no regular file, outside the root, or
+/// wrong; [`Io`](groundglass::error::ErrorKind::Io) when it cannot be read.
 pub(super) fn read(arguments: &SceneArguments) -> Result<Input> {
     read_scene(&arguments.scene, arguments.root.root.as_deref())
 }
@@ -51,39 +46,85 @@ pub(super) fn read(arguments: &SceneArguments) -> Result<Input> {
 /// As [`read`], for a path.
 pub(super) fn read_scene(path: &Path, root: Option<&Path>) -> Result<Input> {
     let name = path.display().to_string();
-    let (path, bytes) = bytes(path, root).map_err(|error| error.in_file(&*name))?;
+    let source = Recorded::new(Box::new(files(root)?) as Box<dyn Source>);
+    let named = |error: groundglass::error::Error| error.in_file(&*name);
+    let path = source.argument(path).map_err(named)?;
+    let bytes = source.read(&path, SIZE_LIMIT as u64 + 1).map_err(named)?;
     let scene = SceneFile::from_document(Document::from_bytes(&bytes, &name)?)?.describe()?;
-    Ok(Input { scene, path })
+    drop(bytes);
+    Ok(Input { scene, path, source })
 }
 
-// To be replaced by `scene::Files`, the library's one door to files.
-fn bytes(path: &Path, root: Option<&Path>) -> Result<(PathBuf, Vec<u8>)> {
-    let found = path.canonicalize().map_err(|error| explain(&error))?;
-    if let Some(root) = root {
-        let fence = root
-            .canonicalize()
-            .map_err(|error| Error::invalid(format!("the root folder {}: {error}", root.display())))?;
-        if !found.starts_with(&fence) {
-            return Err(Error::invalid("lies outside the root folder").remedy("choose another --root"));
-        }
-    }
-    let kind = std::fs::metadata(&found).map_err(|error| explain(&error))?;
-    if kind.is_dir() {
-        return Err(Error::invalid("is a folder, not a scene").remedy("name the TOML file in it"));
-    }
-    if !kind.is_file() {
-        return Err(Error::invalid("is not a regular file").remedy("name a TOML file"));
-    }
-    let file = std::fs::File::open(&found).map_err(|error| explain(&error))?;
-    let mut bytes = Vec::new();
-    file.take(SIZE_LIMIT as u64 + 1).read_to_end(&mut bytes).map_err(|error| explain(&error))?;
-    Ok((found, bytes))
+/// All files, or those under the root folder.
+pub(super) fn files(root: Option<&Path>) -> Result<Files> {
+    root.map_or_else(|| Ok(Files::new()), Files::under)
 }
 
-fn explain(error: &io::Error) -> Error {
-    if error.kind() == io::ErrorKind::NotFound {
-        Error::invalid("there is no such file").remedy("check the path")
-    } else {
-        Error::new(ErrorKind::Io, format!("cannot be read: {error}"))
+impl Input {
+    /// The scene that the program carries in itself.
+    pub(super) fn builtin() -> Result<Self> {
+        let document = Document::from_bytes(super::builtin::SCENE.as_bytes(), super::builtin::NAME)?;
+        Ok(Self {
+            scene: SceneFile::from_document(document)?.describe()?,
+            path: PathBuf::from(super::builtin::NAME),
+            source: Recorded::new(Box::new(super::builtin::assets())),
+        })
+    }
+
+    /// The scene file as the user named it.
+    pub(super) fn name(&self) -> String {
+        self.scene.document.name().to_owned()
+    }
+
+    /// Loads the meshes, with a progress bar on a terminal.
+    ///
+    /// # Errors
+    /// Those of [`SceneDescription::load`].
+    pub(super) fn load(&self) -> Result<Scene> {
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        let progress = Progress::new();
+        let loaded = self.scene.load(
+            &self.source,
+            folder,
+            Some(&|what, done, total| progress.tell(what, done, total)),
+        );
+        progress.finish();
+        loaded
+    }
+
+    /// The files read so far.
+    pub(super) fn read_paths(&self) -> Vec<PathBuf> {
+        self.source.paths.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// A source that remembers what was read from it.
+struct Recorded<S> {
+    inner: S,
+    paths: Mutex<Vec<PathBuf>>,
+}
+
+impl<S> Recorded<S> {
+    fn new(inner: S) -> Self {
+        Self { inner, paths: Mutex::default() }
+    }
+}
+
+impl Source for Recorded<Box<dyn Source>> {
+    fn argument(&self, path: &Path) -> Result<PathBuf> {
+        self.inner.argument(path)
+    }
+
+    fn named(&self, folder: &Path, written: &str) -> Result<PathBuf> {
+        self.inner.named(folder, written)
+    }
+
+    fn asset(&self, folder: &Path, written: &str, fences: &[PathBuf]) -> Result<PathBuf> {
+        self.inner.asset(folder, written, fences)
+    }
+
+    fn read(&self, file: &Path, limit: u64) -> Result<Cow<'_, [u8]>> {
+        self.paths.lock().unwrap_or_else(PoisonError::into_inner).push(file.to_path_buf());
+        self.inner.read(file, limit)
     }
 }

@@ -33,7 +33,6 @@ pub(super) fn watch() {
 
 /// From now on the first signal only sets the flag that is returned: the verb stops by itself, and reports
 /// [`Cancelled`](groundglass::error::ErrorKind::Cancelled). A second signal ends the program at once.
-#[expect(dead_code, reason = "for verbs that run long and can stop")]
 pub(super) fn install() -> Arc<AtomicBool> {
     POLLED.store(true, Ordering::SeqCst);
     Arc::clone(flag())

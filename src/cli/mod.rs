@@ -2,6 +2,7 @@
 //! exit code. One file per verb; what verbs share: `input` (scenes), `output` (whole files),
 //! `report` (errors and text) and `interrupt`. Only the library's public API is used here.
 
+mod builtin;
 mod check;
 mod diagram;
 mod input;
@@ -11,10 +12,12 @@ mod optics;
 mod optics_json;
 mod optics_words;
 mod output;
+mod progress;
 mod render;
 mod report;
 mod schema;
 mod solve;
+mod stats;
 mod values;
 
 use clap::{Parser, Subcommand};

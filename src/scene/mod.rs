@@ -3,7 +3,8 @@
 //! The scene file: `document` (TOML with places) -> `shape` (against the schema) -> `file` (the mirror
 //! structs) -> `validate` (a [`SceneDescription`]: units converted, defaults filled, every wrong value
 //! refused with its line) -> `resolve` (movements solved). Its assets: `source` (the one door to files) ->
-//! `normalize`, `obj`, `mtl`, `triangulate`, `texture`, `mip` -> `assets` (a [`Model`]).
+//! `normalize`, `obj`, `mtl`, `triangulate`, `texture`, `mip` -> `assets` (a [`Model`]). Both:
+//! `load` (a [`Scene`] with its `surfaces` in the world).
 
 mod assets;
 mod description;
@@ -11,6 +12,7 @@ mod digest;
 mod document;
 mod file;
 mod library;
+mod load;
 mod material;
 mod mesh;
 mod mip;
@@ -23,6 +25,7 @@ mod schema;
 mod shape;
 mod source;
 pub mod starter;
+mod surfaces;
 mod text;
 mod texture;
 mod triangulate;
@@ -36,11 +39,13 @@ pub use description::{
 };
 pub use document::{Document, SIZE_LIMIT};
 pub use file::{SceneFile, parse};
+pub use load::{MeshSummary, PictureSettings, Scene};
 pub use material::Material;
 pub use mesh::{Model, NONE, Triangle};
 pub use rewrite::with_movements;
 pub use schema::schema;
 pub use source::{Files, Memory, Source};
+pub use surfaces::{Attributes, Placement, Surfaces};
 pub use texture::{Level, Texture};
 
 #[cfg(test)]

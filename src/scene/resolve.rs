@@ -34,11 +34,12 @@ impl SceneDescription {
         })
     }
 
-    /// Refuses by name what the scene asks for and rendering cannot do yet: nothing is silently ignored.
+    /// Refuses by name what the scene asks for and rendering cannot do yet: nothing is silently ignored. With
+    /// `samples_given` a number of samples from elsewhere replaces the scene's target.
     ///
     /// # Errors
     /// [`ErrorKind::Invalid`] with the key's line.
-    pub fn refuse_unbuilt_effects(&self) -> Result<()> {
+    pub fn refuse_unbuilt_effects(&self, samples_given: bool) -> Result<()> {
         let asked = [
             (self.sun.is_some_and(|sun| sun.shadows), "sun.shadows", "shadows = false"),
             (
@@ -47,8 +48,16 @@ impl SceneDescription {
                 "no [camera.aperture] table: the aperture is then a disk",
             ),
             (self.render.diffraction, "render.diffraction", "diffraction = false"),
-            (matches!(self.render.budget, Budget::MaxError(_)), "render.max_error", "samples = N"),
-            (matches!(self.render.budget, Budget::Seconds(_)), "render.time_budget_s", "samples = N"),
+            (
+                !samples_given && matches!(self.render.budget, Budget::MaxError(_)),
+                "render.max_error",
+                "samples = N",
+            ),
+            (
+                !samples_given && matches!(self.render.budget, Budget::Seconds(_)),
+                "render.time_budget_s",
+                "samples = N",
+            ),
         ];
         for (is_asked, key, instead) in asked {
             if is_asked {

@@ -1,0 +1,90 @@
+//! The numbers of `render --stats`, and the clocks behind them.
+
+use groundglass::picture::Exposure;
+use serde::Serialize;
+
+#[derive(Serialize)]
+pub(super) struct Stats {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) threads: usize,
+    pub(super) load_seconds: f64,
+    pub(super) render_seconds: f64,
+    pub(super) cpu_seconds: f64,
+    pub(super) samples_per_pixel: Samples,
+    pub(super) estimated_rms_error: Option<f64>,
+    pub(super) effects: Vec<groundglass::plan::Effect>,
+    pub(super) triangles: usize,
+    pub(super) bin_entries: usize,
+    pub(super) scene_hash: String,
+    pub(super) version: &'static str,
+}
+
+#[derive(Serialize)]
+pub(super) struct Samples {
+    pub(super) mean: f64,
+    pub(super) min: u32,
+    pub(super) max: u32,
+}
+
+impl Samples {
+    /// Exactly `n` for every pixel.
+    pub(super) fn uniform(n: u32) -> Self {
+        Self { mean: f64::from(n), min: n, max: n }
+    }
+}
+
+/// User and system time of all threads of this process so far, in seconds; 0 where the system does not say.
+pub(super) fn cpu_seconds() -> f64 {
+    #[cfg(unix)]
+    {
+        let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+        time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
+    }
+    #[cfg(not(unix))]
+    {
+        0.0
+    }
+}
+
+/// Bytes of memory that can be had without swapping; `None` where the system does not say.
+pub(super) fn available_memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("MemAvailable:"))?;
+    let kibibytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kibibytes * 1024)
+}
+
+/// Notes that go into a picture file: how it was made, and nothing of clock, threads or machine.
+pub(super) fn notes(scene: &groundglass::scene::Scene, exposure: &Exposure) -> Vec<(&'static str, String)> {
+    let camera = scene.optics.camera();
+    let standard = |s: &groundglass::camera::Standard| {
+        format!(
+            "tilt {} deg, swing {} deg, rise {} mm, shift {} mm",
+            s.tilt.as_degrees(),
+            s.swing.as_degrees(),
+            s.rise.as_millimetres(),
+            s.shift.as_millimetres()
+        )
+    };
+    vec![
+        ("Software", format!("groundglass {}", env!("CARGO_PKG_VERSION"))),
+        ("groundglass.scene_hash", scene.hash()),
+        (
+            "groundglass.camera",
+            format!(
+                "focal length {} mm, aperture {} mm, extension {} mm; front: {}; rear: {}",
+                camera.focal_length.as_millimetres(),
+                camera.aperture_diameter() * 1e3,
+                camera.extension.as_millimetres(),
+                standard(&camera.front),
+                standard(&camera.rear)
+            ),
+        ),
+        ("groundglass.samples", scene.render.samples.to_string()),
+        (
+            "groundglass.estimated_rms_error",
+            exposure.rms_error().map_or("unknown".to_owned(), |error| format!("{error:.6}")),
+        ),
+    ]
+}

@@ -1,0 +1,41 @@
+//! The rasterizer: triangles and one family of projections in, visibility out. It knows nothing of
+//! scenes or light.
+//!
+//! Stages, in the order data meets them:
+//!
+//! * [`view`]: the camera as plain numbers in the *lens frame* (`x` along `ex`, `y` along `ey`, `z` along
+//!   the lens axis, origin at the lens centre; pixel coordinates on the film).
+//! * [`bounds`]: for each vertex, and triangle that crosses near, the pixels it can reach from each cell
+//!   of the aperture.
+//! * [`bin`]: which triangles may touch which tile of 32 x 32 pixels, nearest first.
+//! * [`setup`]: the edge functions of a triangle about a tile's centre.
+//! * [`kernel`]: coverage and depth for 16 samples at a time.
+//! * [`tile`]: all triangles and samples of one tile; hands each batch of 16 to the shader.
+//!
+//! # Edge functions
+//!
+//! A film point `p` and a lens point `s` stand for the ray from `s` along `D = q_w s - p`, with
+//! `q_w = 1 + a.p/f` (it passes the film point's conjugate). The ray passes a directed edge from `va` to
+//! `vb` on the side given by the sign of
+//!
+//! ```text
+//! e = D . ((va - s) x (vb - s)) = q_w s.m - p.m + s.(d x p),   m = va x vb,  d = vb - va
+//! ```
+//!
+//! which is bilinear in lens point and film point: nine coefficients an edge. Reversing an edge negates
+//! every term exactly, so two triangles that share an edge can never both miss a sample between them.
+//! `1/t = D.N / N.(v0 - s)` orders depth along the ray, with `N` the face's normal. This is the per-sample
+//! matrix of Haeberli and Akeley (1990) written out: no divide, no clipping, no case `w <= 0`.
+
+pub(crate) mod bin;
+pub(crate) mod bounds;
+pub(crate) mod kernel;
+pub(crate) mod setup;
+pub(crate) mod tile;
+pub(crate) mod view;
+
+/// Pixels on a tile's side. The picture depends on it: one fixed grid, whatever the threads.
+pub(crate) const TILE: u32 = 32;
+
+/// Samples handled together.
+pub(crate) const LANES: usize = 16;

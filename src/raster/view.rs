@@ -1,0 +1,61 @@
+//! The camera as the rasterizer sees it, and the set of samples of a tile.
+
+use super::LANES;
+use glam::{DVec3, DVec4};
+
+/// A camera in the lens frame. Pixel coordinates run right and down from the picture's top left.
+#[derive(Clone, Debug)]
+pub(crate) struct View {
+    /// Picture size in pixels.
+    pub width: u32,
+    pub height: u32,
+    /// Film point of pixel coordinate (0, 0), and its change with one pixel to the right and down.
+    pub film: DVec3,
+    pub film_dx: DVec3,
+    pub film_dy: DVec3,
+    pub focal_length: f64,
+    /// Radius of the aperture; 0 for a pinhole.
+    pub radius: f64,
+    /// Nearest visible distance along the axis.
+    pub near: f64,
+    /// Rows of the projection of points in the lens frame to `(x w, y w, w)`, `x`, `y` in pixels: at the
+    /// lens centre, and what each unit of `u` and `v` (fractions of the radius) adds.
+    pub pixel_from_lens: [[DVec4; 3]; 3],
+    /// The smallest `w` that a point at `near` on any ray of the picture can have, over all lens points.
+    pub least_w: f64,
+}
+
+/// The disk of the aperture that a cell of lens points lies in; fractions of the radius.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LensCell {
+    pub u: f64,
+    pub v: f64,
+    pub radius: f64,
+}
+
+/// Sixteen samples that are tested together, at every block of a tile.
+#[derive(Clone, Debug)]
+pub(crate) struct Batch {
+    /// Which [`LensCell`] all of them lie in.
+    pub cell: usize,
+    /// Lens points, fractions of the radius.
+    pub u: [f32; LANES],
+    pub v: [f32; LANES],
+    /// Place of the sample from the block's left top corner, pixels.
+    pub x: [f32; LANES],
+    pub y: [f32; LANES],
+    /// Which pixel of the block each sample belongs to, row by row.
+    pub pixel: [u8; LANES],
+    /// The sample's number.
+    pub index: [u32; LANES],
+    /// Lanes in use, lane 0 in the lowest bit.
+    pub live: u16,
+}
+
+/// All samples of a tile: batches of 16, each of which visits every block of `width` x `height` pixels.
+#[derive(Clone, Debug)]
+pub(crate) struct Pattern {
+    pub block_width: u32,
+    pub block_height: u32,
+    pub batches: Vec<Batch>,
+}

@@ -1,0 +1,176 @@
+//! From a description and its assets to a [`Scene`]: meshes loaded and placed, nothing left to look up.
+
+use super::assets::{AssetLoader, Progress};
+use super::description::{Budget, RenderSettings, SceneDescription, Sky, Sun};
+use super::digest;
+use super::source::Source;
+use super::surfaces::{Placement, Surfaces};
+use crate::error::{Error, ErrorKind, Place, Result, Warning};
+use crate::optics::Optics;
+use crate::quantity::Length;
+use glam::DVec3;
+use std::path::Path;
+
+/// A scene, ready to draw.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The camera, its movements solved, and its optics.
+    pub optics: Optics,
+    /// The world's upward direction.
+    pub up: DVec3,
+    /// Diameter on the film that counts as sharp.
+    pub circle_of_confusion: Length,
+    /// All meshes in world coordinates.
+    pub surfaces: Surfaces,
+    /// The sun, if there is one.
+    pub sun: Option<Sun>,
+    /// Light from everywhere, and the background.
+    pub sky: Sky,
+    /// Size and quality of the picture.
+    pub render: PictureSettings,
+    /// What was loaded, mesh by mesh.
+    pub meshes: Vec<MeshSummary>,
+    /// What was dropped or replaced while loading.
+    pub warnings: Vec<Warning>,
+    /// SHA-256 of the bytes of all assets, in the scene's order.
+    pub assets_digest: [u8; 32],
+}
+
+/// Size and quality of a picture, settled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PictureSettings {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Samples for each pixel; at least 1.
+    pub samples: u32,
+    /// Stops by which the PNG is brightened.
+    pub exposure_ev: f64,
+    /// Whether the corners darken as they do in a camera.
+    pub falloff: bool,
+    /// Chooses the samples.
+    pub seed: u64,
+}
+
+/// What one `[[mesh]]` brought.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshSummary {
+    /// As written in the scene file.
+    pub path: String,
+    /// The sum over faces of corners - 2.
+    pub triangles: usize,
+    /// Materials that faces use and the file names.
+    pub materials: usize,
+    /// Distinct texture files decoded.
+    pub textures: usize,
+    /// Least and greatest corner of the vertices used, world metres.
+    pub bounds: [DVec3; 2],
+}
+
+impl SceneDescription {
+    /// Loads all meshes from `source`; `folder` is the scene file's, as `source` knows it.
+    ///
+    /// # Errors
+    /// Those of [`Self::optics`], [`Self::picture_size`] and [`AssetLoader::load_obj`], with the mesh's line.
+    pub fn load(&self, source: &dyn Source, folder: &Path, progress: Option<&Progress<'_>>) -> Result<Scene> {
+        let optics = self.optics()?;
+        let (width, height) = self.picture_size(None)?;
+        let mut loader = AssetLoader::new(source, folder);
+        if let Some(progress) = progress {
+            loader = loader.with_progress(progress);
+        }
+        let mut surfaces = Surfaces::default();
+        let mut meshes = Vec::new();
+        for (index, entry) in self.meshes.iter().enumerate() {
+            let place = || self.mesh_place(index);
+            let model = loader
+                .load_obj(&entry.path)
+                .map_err(|error| named_by(error, self.document.name(), &place()))?;
+            let placement =
+                Placement { scale: entry.scale, rotate_y: entry.rotate_y, translate: entry.translate };
+            let first = surfaces.positions.len();
+            surfaces.add(&model, &placement).map_err(|error| error.at(place()))?;
+            let start = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+            let bounds =
+                surfaces.positions[first..].iter().fold(start, |[low, high], &p| [low.min(p), high.max(p)]);
+            meshes.push(MeshSummary {
+                path: entry.path.clone(),
+                triangles: model.triangles.len(),
+                materials: model.named_materials,
+                textures: model.textures,
+                bounds,
+            });
+        }
+        let RenderSettings { exposure_ev, falloff, seed, .. } = self.render;
+        let samples = if let Budget::Samples(samples) = self.render.budget { samples } else { 256 };
+        Ok(Scene {
+            optics,
+            up: self.up,
+            circle_of_confusion: self.circle_of_confusion,
+            surfaces,
+            sun: self.sun,
+            sky: self.sky,
+            render: PictureSettings { width, height, samples, exposure_ev, falloff, seed },
+            meshes,
+            warnings: loader.warnings().to_vec(),
+            assets_digest: loader.digest(),
+        })
+    }
+}
+
+/// An asset's error with the line of the scene that asked for it, unless it has a line of its own to show.
+fn named_by(error: Error, scene: &str, place: &Place) -> Error {
+    let Some(line) = place.line.filter(|_| error.place().line.is_none()) else { return error };
+    let named = Error::new(error.kind(), format!("{} (named in {scene}:{line})", error.message()))
+        .at(error.place().clone());
+    match error.remedy_text() {
+        Some(remedy) => named.remedy(remedy),
+        None => named,
+    }
+}
+
+impl Scene {
+    /// The hash of the resolved scene and the bytes of its assets, not their paths: SHA-256 in hexadecimal.
+    pub fn hash(&self) -> String {
+        let mut text = format!(
+            "{:?} {:?} {:?} {:?} {:?} {:?} ",
+            self.optics.camera(),
+            self.up,
+            self.circle_of_confusion,
+            self.sun,
+            self.sky,
+            self.render
+        );
+        for mesh in &self.meshes {
+            text.push_str(&format!("{:?} ", mesh.bounds));
+        }
+        let mut bytes = text.into_bytes();
+        bytes.extend_from_slice(&self.assets_digest);
+        digest::of_bytes(&bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    /// Asks whether drawing fits into memory before any of it is used.
+    ///
+    /// # Errors
+    /// [`ErrorKind::TooLarge`] with the sizes.
+    pub fn check_memory(&self, available: u64) -> Result<()> {
+        let pixels = u64::from(self.render.width) * u64::from(self.render.height);
+        // The exposure, and what bins and boxes take.
+        let need = pixels * 12 + self.surfaces.triangles.len() as u64 * 400;
+        if need > available {
+            return Err(Error::new(
+                ErrorKind::TooLarge,
+                format!(
+                    "a picture of {} x {} pixels needs about {:.1} GB, and {:.1} GB are free",
+                    self.render.width,
+                    self.render.height,
+                    need as f64 / 1e9,
+                    available as f64 / 1e9
+                ),
+            )
+            .remedy("ask for a smaller --width"));
+        }
+        Ok(())
+    }
+}

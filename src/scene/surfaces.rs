@@ -1,0 +1,101 @@
+//! All meshes of a scene as one list of triangles in the world, ready to draw.
+
+use super::material::Material;
+use super::mesh::{Model, NONE};
+use crate::error::{Error, ErrorKind, Result};
+use crate::quantity::Angle;
+use glam::{DMat3, DVec3, Vec2, Vec3};
+
+/// Where a mesh stands: `world = translate + Ry(rotate_y) (scale * v)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Metres for one unit of the model; positive.
+    pub scale: f64,
+    /// Turn about the world's y axis.
+    pub rotate_y: Angle,
+    /// Metres.
+    pub translate: DVec3,
+}
+
+impl Default for Placement {
+    fn default() -> Self {
+        Self { scale: 1.0, rotate_y: Angle::ZERO, translate: DVec3::ZERO }
+    }
+}
+
+/// What shading needs of a triangle: indices into [`Surfaces`], or [`NONE`] three times.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Attributes {
+    /// Into [`Surfaces::normals`].
+    pub normals: [u32; 3],
+    /// Into [`Surfaces::texcoords`].
+    pub texcoords: [u32; 3],
+    /// Into [`Surfaces::materials`].
+    pub material: u32,
+}
+
+/// The triangles of a scene in world coordinates, metres.
+#[derive(Clone, Debug, Default)]
+pub struct Surfaces {
+    /// Vertices.
+    pub positions: Vec<DVec3>,
+    /// Vertex normals, of any length but zero.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates, u right and v up.
+    pub texcoords: Vec<Vec2>,
+    /// Corners of each triangle.
+    pub triangles: Vec<[u32; 3]>,
+    /// One for each triangle.
+    pub attributes: Vec<Attributes>,
+    /// All materials.
+    pub materials: Vec<Material>,
+}
+
+impl Surfaces {
+    /// Adds a model where `placement` puts it.
+    ///
+    /// # Errors
+    /// [`ErrorKind::TooLarge`] when there are more than 2^32 vertices or triangles in all,
+    /// [`ErrorKind::Invalid`] when the placement takes a vertex out of the range of numbers.
+    pub fn add(&mut self, model: &Model, placement: &Placement) -> Result<()> {
+        let counts = [
+            self.positions.len() + model.positions.len(),
+            self.normals.len() + model.normals.len(),
+            self.texcoords.len() + model.texcoords.len(),
+            self.triangles.len() + model.triangles.len(),
+        ];
+        if counts.iter().any(|&count| count >= NONE as usize) {
+            return Err(Error::new(ErrorKind::TooLarge, "the scene has more than 2^32 vertices")
+                .remedy("leave out a mesh"));
+        }
+        let (sine, cosine) = placement.rotate_y.sin_cos();
+        let rotation =
+            DMat3::from_cols(DVec3::new(cosine, 0.0, -sine), DVec3::Y, DVec3::new(sine, 0.0, cosine));
+        let first = [self.positions.len(), self.normals.len(), self.texcoords.len(), self.materials.len()];
+        let [positions, normals, texcoords, materials] = first.map(|n| n as u32);
+        self.positions
+            .extend(model.positions.iter().map(|&v| placement.translate + rotation * (v * placement.scale)));
+        if self.positions[positions as usize..].iter().any(|p| !p.is_finite()) {
+            return Err(Error::invalid("scale and translation take a vertex out of the range of numbers")
+                .remedy("use a smaller scale"));
+        }
+        self.normals.extend(model.normals.iter().map(|&n| (rotation * n.as_dvec3()).as_vec3()));
+        self.texcoords.extend_from_slice(&model.texcoords);
+        self.materials.extend(model.materials.iter().cloned());
+        let moved = |indices: [u32; 3], by: u32| indices.map(|i| if i == NONE { NONE } else { i + by });
+        for triangle in &model.triangles {
+            self.triangles.push(moved(triangle.positions, positions));
+            self.attributes.push(Attributes {
+                normals: moved(triangle.normals, normals),
+                texcoords: moved(triangle.texcoords, texcoords),
+                material: triangle.material + materials,
+            });
+        }
+        Ok(())
+    }
+
+    /// The corners of triangle `t`.
+    pub fn corners(&self, t: usize) -> [DVec3; 3] {
+        self.triangles[t].map(|i| self.positions[i as usize])
+    }
+}

@@ -1,0 +1,6 @@
+//! What several tests share.
+
+#![allow(dead_code, reason = "each test binary uses its part")]
+
+pub mod oracle;
+pub mod scenes;

@@ -1,0 +1,202 @@
+//! A slow, obvious renderer: one lens point, one matrix, one pixel at a time, in double precision.
+//!
+//! It shares the scene, the sample points and the projection matrices with the library, and no drawing
+//! code. Triangles are met in homogeneous coordinates (M. Olano and T. Greer, "Triangle scan conversion
+//! using 2D homogeneous coordinates", 1997): the corner weights of the pixel's ray are
+//! `l = (c0 c1 c2)^-1 (x, y, 1)` for the corners' clip columns `(x, y, w)`; it is inside where no `l` is
+//! negative, and `1/w = l0 + l1 + l2` orders depth.
+
+use glam::{DMat3, DVec2, DVec3};
+use groundglass::sampling;
+use groundglass::scene::{NONE, Scene, Texture};
+
+/// A pixel's mean, and how many of its samples lie so near to an edge, or two surfaces so near to each
+/// other, that single precision may decide otherwise.
+pub struct Pixel {
+    pub mean: DVec3,
+    pub in_doubt: u32,
+}
+
+/// Renders the pixel in column `i` and row `j`.
+pub fn pixel(scene: &Scene, i: u32, j: u32) -> Pixel {
+    let mut out = Pixel { mean: DVec3::ZERO, in_doubt: 0 };
+    let n = scene.render.samples;
+    let stream = sampling::pixel_stream(i, j, n);
+    for k in 0..n {
+        let s = sampling::sample(scene.render.seed, stream, k);
+        let r = scene.optics.aperture_radius();
+        let (u, v) = (f64::from(s.lens[0]) * r, f64::from(s.lens[1]) * r);
+        let x = 2.0 * (f64::from(i) + f64::from(s.pixel[0])) / f64::from(scene.render.width) - 1.0;
+        let y = 1.0 - 2.0 * (f64::from(j) + f64::from(s.pixel[1])) / f64::from(scene.render.height);
+        let (color, doubt) = radiance(scene, u, v, x, y);
+        out.mean += color / f64::from(n);
+        out.in_doubt += u32::from(doubt);
+    }
+    out
+}
+
+struct Hit {
+    triangle: usize,
+    weights: DVec3,
+    /// Change of the weights with one pixel to the right and down.
+    dx: DVec3,
+    dy: DVec3,
+    inverse_w: f64,
+}
+
+fn radiance(scene: &Scene, u: f64, v: f64, x: f64, y: f64) -> (DVec3, bool) {
+    let optics = &scene.optics;
+    let matrix = optics.projection_from_world(u, v);
+    let (film_x, film_y) = {
+        let film = optics.camera().film;
+        (-x * 0.5 * film.width.as_metres(), -y * 0.5 * film.height.as_metres())
+    };
+    let ray = optics.ray(u, v, film_x, film_y);
+    let pixel_x = 2.0 / f64::from(scene.render.width);
+    let pixel_y = -2.0 / f64::from(scene.render.height);
+    let mut best: Option<Hit> = None;
+    let mut doubt = false;
+    for t in 0..scene.surfaces.triangles.len() {
+        let corners = scene.surfaces.corners(t);
+        let clip = corners.map(|c| {
+            let c = matrix.project(c);
+            DVec3::new(c.x, c.y, c.w)
+        });
+        let columns = DMat3::from_cols(clip[0], clip[1], clip[2]);
+        if columns.determinant() == 0.0 {
+            continue;
+        }
+        let inverse = columns.inverse();
+        let l = inverse * DVec3::new(x, y, 1.0);
+        let inverse_w = l.element_sum();
+        let weights = l / inverse_w;
+        let (cx, cy) = (inverse.x_axis * pixel_x, inverse.y_axis * pixel_y);
+        let change = |c: DVec3| (c - weights * c.element_sum()) / inverse_w;
+        let (dx, dy) = (change(cx), change(cy));
+        // How far the nearest edge is, in pixels.
+        let margin = (0..3)
+            .map(|i| weights[i] / (dx[i].abs() + dy[i].abs()).max(1e-300))
+            .fold(f64::INFINITY, f64::min);
+        let point = corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z;
+        let depth = optics.axis().dot(optics.world_from_lens().point_inverse(point));
+        let near = optics.camera().near.as_metres();
+        if inverse_w <= 0.0 || margin < -2e-3 || depth < near * (1.0 - 1e-5) {
+            continue;
+        }
+        doubt |= margin.abs() < 2e-3 || (depth - near).abs() < near * 1e-5;
+        if margin < 0.0 || depth < near {
+            continue;
+        }
+        let hit = Hit { triangle: t, weights, dx, dy, inverse_w };
+        match alpha(scene, &hit) {
+            a if a < 0.5 - 1e-4 => continue,
+            a if a < 0.5 + 1e-4 => doubt = true,
+            _ => {}
+        }
+        match &best {
+            Some(other) if (inverse_w / other.inverse_w - 1.0).abs() < 1e-5 => {
+                doubt = true;
+                if inverse_w > other.inverse_w {
+                    best = Some(hit);
+                }
+            }
+            Some(other) if inverse_w <= other.inverse_w => {}
+            _ => best = Some(hit),
+        }
+    }
+    let direction = optics.world_from_lens().vector(ray.direction).normalize();
+    let color = match best {
+        Some(hit) => shade(scene, &hit, direction),
+        None => {
+            let rise = scene.up.normalize().dot(direction).max(0.0);
+            scene.sky.horizon + (scene.sky.zenith - scene.sky.horizon) * rise
+        }
+    };
+    let falloff = if scene.render.falloff {
+        let weight = |s: DVec3, p: DVec3| {
+            let r = p - s;
+            let cos = |n: DVec3| (n.dot(r) / r.length()).abs();
+            cos(optics.axis()) * cos(optics.film_normal()) / r.length_squared()
+        };
+        weight(ray.origin, optics.film_point(film_x, film_y)) / weight(DVec3::ZERO, optics.film_center())
+    } else {
+        1.0
+    };
+    (color * falloff, doubt)
+}
+
+fn shade(scene: &Scene, hit: &Hit, direction: DVec3) -> DVec3 {
+    let surfaces = &scene.surfaces;
+    let attributes = surfaces.attributes[hit.triangle];
+    let material = &surfaces.materials[attributes.material as usize];
+    let w = hit.weights;
+    let mut normal = if attributes.normals[0] == NONE {
+        let [a, b, c] = surfaces.corners(hit.triangle);
+        (b - a).cross(c - a).normalize()
+    } else {
+        let [a, b, c] = attributes.normals.map(|i| surfaces.normals[i as usize].as_dvec3());
+        (a * w.x + b * w.y + c * w.z).normalize()
+    };
+    if normal.dot(direction) > 0.0 {
+        normal = -normal;
+    }
+    let mut diffuse = DVec3::from_array(material.diffuse.map(f64::from));
+    if let (Some(map), Some((uv, dx, dy))) = (&material.diffuse_map, coordinates(scene, hit)) {
+        let texel = trilinear(map, uv, dx, dy);
+        diffuse *= DVec3::new(texel[0], texel[1], texel[2]);
+    }
+    let mut light = scene.sky.ambient;
+    if let Some(sun) = &scene.sun {
+        light += sun.color * normal.dot(sun.toward.normalize()).max(0.0);
+    }
+    DVec3::from_array(material.emission.map(f64::from)) + diffuse * light
+}
+
+fn alpha(scene: &Scene, hit: &Hit) -> f64 {
+    let material = &scene.surfaces.materials[scene.surfaces.attributes[hit.triangle].material as usize];
+    let Some((uv, dx, dy)) = coordinates(scene, hit) else { return 1.0 };
+    let of =
+        |map: &Option<std::sync::Arc<Texture>>| map.as_ref().map_or(1.0, |map| trilinear(map, uv, dx, dy)[3]);
+    of(&material.diffuse_map).min(of(&material.opacity_map))
+}
+
+fn coordinates(scene: &Scene, hit: &Hit) -> Option<(DVec2, DVec2, DVec2)> {
+    let attributes = scene.surfaces.attributes[hit.triangle];
+    if attributes.texcoords[0] == NONE {
+        return None;
+    }
+    let [a, b, c] = attributes.texcoords.map(|i| scene.surfaces.texcoords[i as usize].as_dvec2());
+    let mix = |w: DVec3| a * w.x + b * w.y + c * w.z;
+    Some((mix(hit.weights), mix(hit.dx), mix(hit.dy)))
+}
+
+fn trilinear(texture: &Texture, uv: DVec2, dx: DVec2, dy: DVec2) -> [f64; 4] {
+    let size = DVec2::new(f64::from(texture.levels[0].width), f64::from(texture.levels[0].height));
+    let quarter = 0.25 * (dx * size).length().min((dy * size).length());
+    let last = texture.levels.len() - 1;
+    // Straight between powers of two, as the library's.
+    let whole = if quarter > 1.0 { libm::log2(quarter).floor() } else { 0.0 };
+    let level = if quarter > 1.0 { whole + quarter / libm::exp2(whole) - 1.0 } else { 0.0 };
+    let low = (level as usize).min(last);
+    let high = (low + 1).min(last);
+    let share = (level - low as f64).min(1.0);
+    let (a, b) = (bilinear(texture, low, uv), bilinear(texture, high, uv));
+    std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
+}
+
+fn bilinear(texture: &Texture, level: usize, uv: DVec2) -> [f64; 4] {
+    let level = &texture.levels[level];
+    let at = DVec2::new(uv.x * f64::from(level.width), (1.0 - uv.y) * f64::from(level.height)) - 0.5;
+    let texel = |x: f64, y: f64| {
+        let wrap = |c: f64, size: u32| (c as i64).rem_euclid(i64::from(size)) as usize;
+        level.texels[wrap(y, level.height) * level.width as usize + wrap(x, level.width)]
+            .map(|c| f64::from(c) / 65535.0)
+    };
+    let (x, y) = (at.x.floor(), at.y.floor());
+    let (fx, fy) = (at.x - x, at.y - y);
+    let corners = [texel(x, y), texel(x + 1.0, y), texel(x, y + 1.0), texel(x + 1.0, y + 1.0)];
+    std::array::from_fn(|i| {
+        let [a, b, c, d] = corners.map(|t| t[i]);
+        (a * (1.0 - fx) + b * fx) * (1.0 - fy) + (c * (1.0 - fx) + d * fx) * fy
+    })
+}

@@ -1,0 +1,124 @@
+//! The fast path against the slow oracle, and against itself: same bytes for every thread count.
+
+mod common;
+
+use common::oracle;
+use common::scenes::{Random, Setting, camera, scene, yard};
+use glam::DVec3;
+use groundglass::render::{Execution, render};
+use groundglass::scene::Scene;
+
+const ALIGNED: Setting =
+    Setting { front: [0.0, 0.0], rear: [0.0, 0.0], f_number: 5.6, stretch: 1.02, rise: 0.0 };
+
+fn compare(name: &str, scene: &Scene) {
+    let (picture, _) = render(scene, Execution::default()).unwrap();
+    let (width, height) = (scene.render.width, scene.render.height);
+    let (mut worst, mut doubtful, mut mismatched) = (0.0f64, 0u32, 0u32);
+    for j in 0..height {
+        for i in 0..width {
+            let want = oracle::pixel(scene, i, j);
+            let got = DVec3::from_array(picture.pixel(i, j).map(f64::from));
+            let gap = (got - want.mean).abs().max_element();
+            doubtful += want.in_doubt;
+            if want.in_doubt == 0 {
+                worst = worst.max(gap);
+            } else {
+                // Each sample in doubt may differ by all of the light there is.
+                let allowed = 2.0 * f64::from(want.in_doubt) / f64::from(scene.render.samples);
+                assert!(gap <= allowed, "{name}: pixel {i},{j} off by {gap} with {} in doubt", want.in_doubt);
+                mismatched += u32::from(gap > 1e-3);
+            }
+        }
+    }
+    let samples = width * height * scene.render.samples;
+    println!(
+        "{name}: worst {worst:.2e}; {doubtful} of {samples} samples in doubt, {mismatched} pixels decided otherwise"
+    );
+    assert!(worst < 2e-4, "{name}: a pixel without doubt is off by {worst}");
+    assert!(doubtful < samples / 20, "{name}: the oracle doubts too much to test anything");
+}
+
+fn settings() -> Vec<(&'static str, Setting)> {
+    vec![
+        ("aligned", ALIGNED),
+        ("pinhole", Setting { f_number: 0.0, ..ALIGNED }),
+        ("lens tilted", Setting { front: [8.0, -3.0], ..ALIGNED }),
+        ("film tilted", Setting { rear: [-15.0, 10.0], rise: 12.0, ..ALIGNED }),
+        (
+            "wide open, everything blurred",
+            Setting { f_number: 0.9, stretch: 1.6, front: [3.0, 2.0], ..ALIGNED },
+        ),
+        ("steep tilt", Setting { front: [40.0, 0.0], stretch: 0.85, f_number: 16.0, ..ALIGNED }),
+    ]
+}
+
+#[test]
+fn the_fast_path_equals_the_oracle() {
+    for (at, (name, setting)) in settings().into_iter().enumerate() {
+        let mut random = Random(at as u64);
+        let surfaces = yard(&mut random, 60);
+        let camera = camera(DVec3::new(0.3, 1.2, 2.5), DVec3::new(0.0, 0.9, -3.0), 150.0, setting);
+        for samples in [1, 3, 16, 37] {
+            compare(&format!("{name}, N = {samples}"), &scene(&camera, surfaces.clone(), 50, samples));
+        }
+    }
+}
+
+#[test]
+fn falloff_equals_the_oracle() {
+    let mut random = Random(77);
+    let setting = Setting { front: [5.0, 2.0], rear: [-4.0, 0.0], f_number: 2.0, ..ALIGNED };
+    let camera = camera(DVec3::new(0.3, 1.2, 2.5), DVec3::new(0.0, 0.9, -3.0), 90.0, setting);
+    let mut scene = scene(&camera, yard(&mut random, 40), 48, 16);
+    scene.render.falloff = true;
+    compare("falloff", &scene);
+}
+
+#[test]
+fn the_camera_inside_the_geometry_equals_the_oracle() {
+    // Triangles that cross near, pass behind the camera and through the lens itself.
+    for seed in 0..3 {
+        let mut random = Random(seed);
+        let mut surfaces = yard(&mut random, 40);
+        let eye = DVec3::new(0.3, 1.2, 2.5);
+        common::scenes::shards(&mut surfaces, &mut random, 60, eye, 0.4, 0.6);
+        let setting = Setting { f_number: 2.0, front: [4.0, 3.0], ..ALIGNED };
+        let camera = camera(eye, DVec3::new(0.0, 0.9, -3.0), 150.0, setting);
+        compare("inside", &scene(&camera, surfaces, 40, 16));
+    }
+}
+
+#[test]
+fn far_from_the_origin_nothing_is_lost() {
+    let at = DVec3::new(1e6, -2e6, 5e5);
+    let mut random = Random(5);
+    let mut surfaces = yard(&mut random, 40);
+    for position in &mut surfaces.positions {
+        *position += at;
+    }
+    let eye = DVec3::new(0.3, 1.2, 2.5) + at;
+    let camera =
+        camera(eye, eye + DVec3::new(-0.3, -0.3, -5.5), 150.0, Setting { front: [6.0, 0.0], ..ALIGNED });
+    compare("a million metres away", &scene(&camera, surfaces, 40, 16));
+}
+
+#[test]
+fn every_thread_count_gives_the_same_bytes() {
+    let mut random = Random(9);
+    let surfaces = yard(&mut random, 300);
+    let setting = Setting { front: [6.0, -4.0], f_number: 2.8, ..ALIGNED };
+    let camera = camera(DVec3::new(0.3, 1.2, 2.5), DVec3::new(0.0, 0.9, -3.0), 150.0, setting);
+    let scene = scene(&camera, surfaces, 150, 24);
+    let bytes = |threads: usize| {
+        let execution = Execution { threads: Some(threads), ..Execution::default() };
+        let (picture, _) = render(&scene, execution).unwrap();
+        let pixels = (0..120).flat_map(|y| (0..150).map(move |x| (x, y)));
+        let bits: Vec<u32> = pixels.flat_map(|(x, y)| picture.pixel(x, y).map(f32::to_bits)).collect();
+        (bits, picture.rms_error().map(f64::to_bits))
+    };
+    let one = bytes(1);
+    for threads in [2, 3, 8] {
+        assert!(bytes(threads) == one, "{threads} threads");
+    }
+}
