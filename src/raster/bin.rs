@@ -99,6 +99,11 @@ impl Bins {
         boxes[0].union(boxes[1]).union(boxes[2])
     }
 
+    /// Whether all corners lie in the frustum.
+    pub(crate) fn in_front(&self, corners: [u32; 3]) -> bool {
+        corners.iter().all(|&v| self.vertex_boxes[v as usize * self.cells] != OUTSIDE)
+    }
+
     fn fill(&mut self, view: &View, triangles: &[[u32; 3]], order: &[u32]) {
         let tiles = self.tiles_x as usize * self.tiles_y as usize;
         // Each chunk of the order lists its (tile, triangle) pairs; chunks are then laid out in order, so the

@@ -5,7 +5,7 @@
 
 use super::TILE;
 use super::view::View;
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 
 /// A function bilinear in lens point (1, u, v) and place in the tile (1, x, y): coefficients of
 /// `1, u, v, x, xu, xv, y, yu, yv`; `x`, `y` in pixels from the tile's centre.
@@ -20,6 +20,9 @@ pub(crate) struct Setup {
     pub edges: [Bilinear; 3],
     /// `D.N`.
     pub facing: Bilinear,
+    /// Corners on the film, `x w`, `y w` and `w` as coefficients of `1, u, v`; pixels from the tile's centre.
+    /// `None` where a corner has no image for some lens point.
+    pub corners: Option<[[[f32; 3]; 3]; 3]>,
     /// `N.(v0 - s)`: coefficients of `1, u, v`. Depth is ordered by `1/t = facing / plane`.
     pub plane: [f32; 3],
 }
@@ -31,6 +34,8 @@ pub(crate) struct TileFilm {
     dy: DVec3,
     weight: [f64; 3],
     radius: f64,
+    center: [f64; 2],
+    projection: [[DVec4; 3]; 3],
     /// `1/t` of the near plane at the centre, and its change with a pixel to the right and down.
     pub near: [f32; 3],
 }
@@ -47,6 +52,8 @@ impl TileFilm {
             dy,
             weight: [1.0 + p.z / f, dx.z / f, dy.z / f],
             radius: view.radius,
+            center: [center(tile_x), center(tile_y)],
+            projection: view.pixel_from_lens,
             // Along the axis the ray advances -p.z for each unit of t.
             near: [p.z, dx.z, dy.z].map(|z| (-z / view.near) as f32),
         }
@@ -66,8 +73,8 @@ impl TileFilm {
         [a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2]]
     }
 
-    /// Sets up a triangle; `None` when its edges show that it misses the tile for every lens point.
-    pub(crate) fn setup(&self, triangle: u32, v: [DVec3; 3]) -> Option<Setup> {
+    /// Sets up a triangle, all of whose corners lie in the frustum if `in_front`; `None` when its edges show that it misses the tile for every lens point.
+    pub(crate) fn setup(&self, triangle: u32, v: [DVec3; 3], in_front: bool) -> Option<Setup> {
         let edges = [(1, 2), (2, 0), (0, 1)].map(|(a, b)| self.bilinear(v[a].cross(v[b]), v[b] - v[a]));
         let normal = (v[1] - v[0]).cross(v[2] - v[0]);
         let plane = [normal.dot(v[0]), -normal.x * self.radius, -normal.y * self.radius];
@@ -91,9 +98,21 @@ impl TileFilm {
         // A common power of two keeps single precision away from its ends and changes no sign.
         let largest = edges.iter().map(|e| e[0].abs() + reach(e)).fold(0.0, f64::max);
         let scale = power_of_two_near(largest);
+        let corners = in_front.then(|| {
+            v.map(|corner| {
+                let p = corner.extend(1.0);
+                let [x, y, w] =
+                    [0, 1, 2].map(|row| [0, 1, 2].map(|part: usize| self.projection[part][row].dot(p)));
+                let about = |row: [f64; 3], center: f64| {
+                    std::array::from_fn(|part| (row[part] - center * w[part]) as f32)
+                };
+                [about(x, self.center[0]), about(y, self.center[1]), w.map(|w| w as f32)]
+            })
+        });
         let depth_scale = power_of_two_near(plane[0].abs() + plane[1].abs() + plane[2].abs());
         Some(Setup {
             triangle,
+            corners,
             edges: edges.map(|e| e.map(|c| (c * scale) as f32)),
             facing: facing.map(|c| (c * depth_scale) as f32),
             plane: plane.map(|c| (c * depth_scale) as f32),
@@ -106,33 +125,4 @@ fn power_of_two_near(x: f64) -> f64 {
     let exponent = (x.to_bits() >> 52) & 0x7ff;
     // 2^-(exponent - 1023); denormals and infinities are left alone.
     if exponent == 0 || exponent >= 2046 { 1.0 } else { f64::from_bits((2046 - exponent) << 52) }
-}
-
-/// The weights of a triangle's corners at one sample, and how they change from pixel to pixel.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Weights {
-    pub at: [f32; 3],
-    pub dx: [f32; 3],
-    pub dy: [f32; 3],
-}
-
-impl Setup {
-    /// The corner weights at lens point `(u, v)` and place `(x, y)` in the tile.
-    pub(crate) fn weights(&self, u: f32, v: f32, x: f32, y: f32) -> Weights {
-        let parts = self.edges.each_ref().map(|e| {
-            let (c, cx, cy) =
-                (e[0] + e[1] * u + e[2] * v, e[3] + e[4] * u + e[5] * v, e[6] + e[7] * u + e[8] * v);
-            (c + cx * x + cy * y, cx, cy)
-        });
-        let sum = parts[0].0 + parts[1].0 + parts[2].0;
-        let scale = if sum == 0.0 { 0.0 } else { 1.0 / sum };
-        let sum_dx = parts[0].1 + parts[1].1 + parts[2].1;
-        let sum_dy = parts[0].2 + parts[1].2 + parts[2].2;
-        let at = parts.map(|p| p.0 * scale);
-        Weights {
-            at,
-            dx: [0, 1, 2].map(|i| (parts[i].1 - at[i] * sum_dx) * scale),
-            dy: [0, 1, 2].map(|i| (parts[i].2 - at[i] * sum_dy) * scale),
-        }
-    }
 }

@@ -2,7 +2,7 @@
 
 use super::TILE;
 use super::bin::Bins;
-use super::kernel::{Opaque, Visibility, Visit, cover};
+use super::kernel::{Group, Opaque, Visibility, Visit, cover, group};
 use super::setup::{Setup, TileFilm};
 use super::view::{Batch, Pattern, View};
 use fearless_simd::Level;
@@ -25,6 +25,12 @@ pub(crate) struct TileScratch {
     seen: Visibility,
     cells: usize,
     block: (u32, u32),
+}
+
+impl Default for TileScratch {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl TileScratch {
@@ -58,7 +64,7 @@ impl TileScratch {
         for &t in bins.tile(x, y) {
             let corners = geometry.triangles[t as usize];
             let v = corners.map(|i| geometry.positions[i as usize]);
-            let Some(setup) = film.setup(t, v) else { continue };
+            let Some(setup) = film.setup(t, v, bins.in_front(corners)) else { continue };
             self.setups.push(setup);
             self.crosses_near.push(v.iter().any(|p| p.z < view.near * (1.0 + 1e-6)));
             for cell in 0..cells {
@@ -104,9 +110,13 @@ impl TileScratch {
         cover(level, batch, *block, visits, seen, opaque);
     }
 
-    /// What lane `lane` sees at block `block`: the set-up and `1/t`.
-    pub(crate) fn seen(&self, block: usize, lane: usize) -> Option<(&Setup, f32)> {
-        let depth = self.seen.depth[block][lane];
-        (depth > 0.0).then(|| (&self.setups[self.seen.id[block][lane] as usize], depth))
+    /// Sorts the samples of the batch that was drawn by what they see.
+    pub(crate) fn group(&self, level: Level, batch: &Batch, out: &mut Vec<Group>) {
+        group(level, batch, &self.seen, out);
+    }
+
+    /// The set-ups of the tile's triangles; a group's or visit's id is a place in them.
+    pub(crate) fn setups(&self) -> &[Setup] {
+        &self.setups
     }
 }

@@ -50,6 +50,8 @@ pub(crate) struct Batch {
     pub index: [u32; LANES],
     /// Lanes in use, lane 0 in the lowest bit.
     pub live: u16,
+    /// Lanes whose sample has an odd number: the other half of the error estimate.
+    pub odd: u16,
 }
 
 /// All samples of a tile: batches of 16, each of which visits every block of `width` x `height` pixels.

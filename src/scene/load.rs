@@ -51,6 +51,8 @@ pub struct PictureSettings {
     pub falloff: bool,
     /// Chooses the samples.
     pub seed: u64,
+    /// Whether samples may share look-ups of colour.
+    pub share_shading: bool,
 }
 
 /// What one `[[mesh]]` brought.
@@ -111,7 +113,15 @@ impl SceneDescription {
             surfaces,
             sun: self.sun,
             sky: self.sky,
-            render: PictureSettings { width, height, samples, exposure_ev, falloff, seed },
+            render: PictureSettings {
+                width,
+                height,
+                samples,
+                exposure_ev,
+                falloff,
+                seed,
+                share_shading: true,
+            },
             meshes,
             warnings: loader.warnings().to_vec(),
             assets_digest: loader.digest(),

@@ -172,11 +172,12 @@ fn coordinates(scene: &Scene, hit: &Hit) -> Option<(DVec2, DVec2, DVec2)> {
 
 fn trilinear(texture: &Texture, uv: DVec2, dx: DVec2, dy: DVec2) -> [f64; 4] {
     let size = DVec2::new(f64::from(texture.levels[0].width), f64::from(texture.levels[0].height));
-    let quarter = 0.25 * (dx * size).length().min((dy * size).length());
+    // A quarter of the shorter side, squared: its log2, straight between powers of two as the library's, is
+    // twice the level.
+    let square = (dx * size).length_squared().min((dy * size).length_squared()) / 16.0;
     let last = texture.levels.len() - 1;
-    // Straight between powers of two, as the library's.
-    let whole = if quarter > 1.0 { libm::log2(quarter).floor() } else { 0.0 };
-    let level = if quarter > 1.0 { whole + quarter / libm::exp2(whole) - 1.0 } else { 0.0 };
+    let whole = if square > 1.0 { libm::log2(square).floor() } else { 0.0 };
+    let level = if square > 1.0 { 0.5 * (whole + square / libm::exp2(whole) - 1.0) } else { 0.0 };
     let low = (level as usize).min(last);
     let high = (low + 1).min(last);
     let share = (level - low as f64).min(1.0);

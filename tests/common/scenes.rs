@@ -196,6 +196,7 @@ pub fn scene(camera: &Camera, surfaces: Surfaces, width: u32, samples: u32) -> S
             exposure_ev: 0.0,
             falloff: false,
             seed: 0,
+            share_shading: false,
         },
         circle_of_confusion: Length::millimetres(0.1),
         meshes: Vec::new(),

@@ -1,0 +1,182 @@
+//! The samples of a tile, sorted into batches of 16 that lie close together on the lens and in the pixel.
+//!
+//! Samples are split in turn by place in the pixel (x), on the lens (a), in the pixel (y), on the lens (b):
+//! elementary intervals of the four-dimensional sequence, of which each holds the same number of points
+//! (Sobol's has quality t = 3 in four dimensions, so any interval of 8 points' volume holds 8). A batch is
+//! then both tight on the lens, which keeps triangles' boxes small, and tight in what its samples see of a
+//! texture, so that they may share a look-up.
+
+use crate::raster::LANES;
+use crate::raster::view::{Batch, LensCell, Pattern};
+use crate::sampling::{self, Sample};
+
+/// How often each dimension of a sample is halved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Splits {
+    /// Pixel x, lens a, pixel y, lens b.
+    bits: [u32; 4],
+}
+
+/// More regions of the lens would cost more in boxes than they save in visits.
+const MOST_LENS_BITS: u32 = 2;
+
+impl Splits {
+    /// One cluster for each 16 samples.
+    pub(super) fn new(samples: u32) -> Self {
+        let splits = (samples / LANES as u32).max(1).ilog2();
+        Self { bits: ORDER.map(|turn| (splits + 3 - turn) / 4) }
+    }
+
+    /// The number of clusters.
+    fn clusters(self) -> usize {
+        1 << self.bits.iter().sum::<u32>()
+    }
+
+    fn lens_bits(self) -> [u32; 2] {
+        [self.bits[1].min(MOST_LENS_BITS), self.bits[3].min(MOST_LENS_BITS)]
+    }
+
+    /// The cluster of a sample, and the region of the lens that it lies in.
+    fn place(self, sample: &Sample) -> (usize, usize) {
+        let coordinates = [sample.pixel[0], sample.square[0], sample.pixel[1], sample.square[1]];
+        let interval = |dimension: usize, bits: u32| {
+            ((coordinates[dimension] * (1u32 << bits) as f32) as usize).min((1 << bits) - 1)
+        };
+        let cluster = (0..4).fold(0, |sum, d| sum << self.bits[d] | interval(d, self.bits[d]));
+        let [a, b] = self.lens_bits();
+        (cluster, interval(3, b) << a | interval(1, a))
+    }
+
+    /// What the samples of a cluster span: variances on the lens (fractions of the radius, each axis) and
+    /// in the pixel.
+    pub(super) fn spread(self) -> crate::shade::Spread {
+        let part = |bits: u32| 1.0 / (1u64 << bits) as f32;
+        crate::shade::Spread {
+            // A disk of radius r has the variance r^2/4 along each axis; a region has its share of the area.
+            lens: 0.25 * part(self.bits[1] + self.bits[3]),
+            x: part(2 * self.bits[0]) / 12.0,
+            y: part(2 * self.bits[2]) / 12.0,
+        }
+    }
+
+    /// The regions of the lens, each with a circle around it.
+    pub(super) fn lens_cells(self, radius: f64) -> Vec<LensCell> {
+        let [a, b] = self.lens_bits();
+        let (across, down) = (1u32 << a, 1u32 << b);
+        if a + b == 0 || radius == 0.0 {
+            return vec![LensCell { u: 0.0, v: 0.0, radius: 1.0 }; (across * down) as usize];
+        }
+        let map = |x: f64, y: f64| {
+            let [u, v] = sampling::disk_from_square([x as f32, y as f32]);
+            (f64::from(u), f64::from(v))
+        };
+        (0..across * down)
+            .map(|cell| {
+                let (column, row) = (f64::from(cell % across), f64::from(cell / across));
+                let at = |x: f64, y: f64| map((column + x) / f64::from(across), (row + y) / f64::from(down));
+                // The map is smooth inside a region, so the farthest point lies on its border.
+                let steps = 64;
+                let border: Vec<_> = (0..=steps)
+                    .flat_map(|i| {
+                        let t = f64::from(i) / f64::from(steps);
+                        [at(t, 0.0), at(t, 1.0), at(0.0, t), at(1.0, t)]
+                    })
+                    .collect();
+                let middle = |low: f64, high: f64| 0.5 * (low + high);
+                let range = |pick: fn(&(f64, f64)) -> f64| {
+                    let values = border.iter().map(pick);
+                    middle(
+                        values.clone().fold(f64::INFINITY, f64::min),
+                        values.fold(f64::NEG_INFINITY, f64::max),
+                    )
+                };
+                let (u, v) = (range(|p| p.0), range(|p| p.1));
+                let reach = border.iter().map(|&(bu, bv)| libm::hypot(bu - u, bv - v)).fold(0.0, f64::max);
+                LensCell { u, v, radius: reach * 1.001 + 1e-4 }
+            })
+            .collect()
+    }
+}
+
+/// In which turn each dimension is split.
+const ORDER: [u32; 4] = [0, 1, 2, 3];
+
+/// The samples of tile `(tx, ty)` with `samples` a pixel.
+pub(super) fn pattern(seed: u64, (tx, ty): (u32, u32), samples: u32, splits: Splits) -> Pattern {
+    // Below 16 samples a batch serves several pixels, so that no lane is idle.
+    let (block_width, block_height) = sampling::block(samples);
+    let mut members: Vec<Vec<(u32, u32, usize, Sample)>> = vec![Vec::new(); splits.clusters()];
+    for replicate in 0..2 {
+        for pixel in 0..block_width * block_height {
+            let (x, y) = (pixel % block_width, pixel / block_width);
+            let stream = sampling::pixel_stream(tx * sampling::GRID + x, ty * sampling::GRID + y, samples);
+            for index in (replicate..samples).step_by(2) {
+                let sample = sampling::sample(seed, stream, index);
+                let (cluster, cell) = splits.place(&sample);
+                members[cluster].push((index, pixel, cell, sample));
+            }
+        }
+    }
+    let mut batches = Vec::new();
+    for chunk in members.iter().flat_map(|cluster| cluster.chunks(LANES)) {
+        let mut batch = Batch {
+            cell: chunk[0].2,
+            u: [0.0; LANES],
+            v: [0.0; LANES],
+            x: [0.0; LANES],
+            y: [0.0; LANES],
+            pixel: [0; LANES],
+            index: [0; LANES],
+            live: 0,
+            odd: 0,
+        };
+        for (lane, &(index, pixel, _, sample)) in chunk.iter().enumerate() {
+            batch.u[lane] = sample.lens[0];
+            batch.v[lane] = sample.lens[1];
+            batch.x[lane] = (pixel % block_width) as f32 + sample.pixel[0];
+            batch.y[lane] = (pixel / block_width) as f32 + sample.pixel[1];
+            batch.pixel[lane] = pixel as u8;
+            batch.index[lane] = index;
+            batch.live |= 1 << lane;
+            batch.odd |= ((index & 1) as u16) << lane;
+        }
+        batches.push(batch);
+    }
+    Pattern { block_width, block_height, batches }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clusters_of_a_power_of_two_hold_sixteen_samples_eight_of_each_half() {
+        for samples in [16, 32, 64, 256, 1024, 4096] {
+            let pattern = pattern(3, (5, 7), samples, Splits::new(samples));
+            assert_eq!(pattern.batches.len() as u32, samples / 16);
+            for batch in &pattern.batches {
+                assert_eq!((batch.live, batch.odd.count_ones()), (0xffff, 8));
+            }
+        }
+    }
+
+    #[test]
+    fn every_sample_is_there_once_and_in_its_region() {
+        for samples in [1, 2, 3, 7, 8, 16, 37, 100, 500] {
+            let splits = Splits::new(samples);
+            let cells = splits.lens_cells(1.0);
+            let pattern = pattern(0, (0, 0), samples, splits);
+            let pixels = pattern.block_width * pattern.block_height;
+            let mut seen = vec![0; (samples * pixels) as usize];
+            for batch in &pattern.batches {
+                for lane in (0..LANES).filter(|lane| batch.live >> lane & 1 == 1) {
+                    seen[(batch.index[lane] * pixels + u32::from(batch.pixel[lane])) as usize] += 1;
+                    let cell = cells[batch.cell];
+                    let (u, v) = (f64::from(batch.u[lane]), f64::from(batch.v[lane]));
+                    assert!(libm::hypot(u - cell.u, v - cell.v) <= cell.radius);
+                }
+            }
+            assert!(seen.iter().all(|&count| count == 1), "{samples}");
+        }
+    }
+}
