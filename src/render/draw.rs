@@ -5,9 +5,9 @@ use super::pattern::pattern;
 use crate::raster::kernel::{Group, NOTHING};
 use crate::raster::tile::Geometry;
 use crate::raster::view::{Batch, Pattern};
-use crate::raster::{self, LANES, TILE};
+use crate::raster::{self, TILE};
 use crate::sampling::hash;
-use crate::shade::{Look, Place, Spread};
+use crate::shade::{Look, Place};
 use glam::{DVec3, Vec3, Vec4};
 use std::cell::RefCell;
 
@@ -42,6 +42,30 @@ impl LaneSums {
         (part(0) + part(1) + part(2) + part(3)) * (1.0 / lanes.count_ones() as f32)
     }
 }
+
+/// The set bits of a mask, lowest first.
+#[derive(Clone, Copy)]
+struct Lanes(u16);
+
+impl Iterator for Lanes {
+    type Item = usize;
+
+    #[inline]
+    fn next(&mut self) -> Option<usize> {
+        let lane = self.0.trailing_zeros() as usize;
+        (self.0 != 0).then(|| {
+            self.0 &= self.0 - 1;
+            lane
+        })
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let count = self.0.count_ones() as usize;
+        (count, Some(count))
+    }
+}
+
+impl ExactSizeIterator for Lanes {}
 
 /// The rays of a tile, in single precision about its centre.
 struct Rays {
@@ -128,7 +152,13 @@ impl Picture<'_> {
                 let at = group.id as usize;
                 look = Some(&**looks[at].get_or_insert_with(|| self.look(&setups[at])));
             }
-            let mut add = |lanes: u16, pixel: u32, odd: bool, spread: Spread| {
+            let at_lane = |lane: usize| Place {
+                u: batch.u[lane],
+                v: batch.v[lane],
+                x: corner.0 as f32 - half + batch.x[lane],
+                y: corner.1 as f32 - half + batch.y[lane],
+            };
+            let mut add = |lanes: u16, pixel: u32, odd: bool| {
                 let mean = means.mean(lanes);
                 let place = Place {
                     u: mean.x,
@@ -138,7 +168,7 @@ impl Picture<'_> {
                 };
                 let ray = rays.at(place);
                 let mut color = match look {
-                    Some(look) => self.shader.radiance(look, place, spread, ray),
+                    Some(look) => self.shader.radiance(look, place, Lanes(lanes).map(at_lane), ray),
                     None => self.shader.background(ray),
                 };
                 if let Some(falloff) = &self.falloff {
@@ -151,17 +181,15 @@ impl Picture<'_> {
                 // The two halves look for themselves, so that they stay independent estimates.
                 for (lanes, odd) in [(group.lanes & !batch.odd, false), (group.lanes & batch.odd, true)] {
                     if lanes != 0 {
-                        let alone = lanes & (lanes - 1) == 0;
-                        add(lanes, pixel, odd, if alone { Spread::default() } else { self.spread });
+                        add(lanes, pixel, odd);
                     }
                 }
             } else {
-                for lane in (0..LANES).filter(|lane| group.lanes >> lane & 1 == 1) {
+                for lane in Lanes(group.lanes) {
                     let inside = u32::from(batch.pixel[lane]);
                     let x = corner.0 + inside % pattern.block_width;
                     let y = corner.1 + inside / pattern.block_width;
-                    let odd = batch.odd >> lane & 1 == 1;
-                    add(1 << lane, y * TILE + x, odd, Spread::default());
+                    add(1 << lane, y * TILE + x, batch.odd >> lane & 1 == 1);
                 }
             }
         }

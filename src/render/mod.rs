@@ -15,7 +15,7 @@ use crate::raster::bin::Bins;
 use crate::raster::view::{LensCell, View};
 use crate::sampling;
 use crate::scene::{Scene, Surfaces};
-use crate::shade::{Shader, Spread};
+use crate::shade::Shader;
 use fearless_simd::Level;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -75,7 +75,6 @@ struct Picture<'a> {
     /// Brightening of the shown picture.
     gain: f32,
     shared: bool,
-    spread: Spread,
     view: View,
     positions: Vec<DVec3>,
     cutout: Vec<bool>,
@@ -111,7 +110,6 @@ impl<'a> Picture<'a> {
             gain: libm::exp2(scene.render.exposure_ev) as f32,
             // Below 16 samples a pixel hardly any would share.
             shared: scene.render.share_shading && samples >= 16,
-            spread: splits.spread(),
             view,
             positions,
             cutout,

@@ -47,18 +47,6 @@ impl Splits {
         (cluster, interval(3, b) << a | interval(1, a))
     }
 
-    /// What the samples of a cluster span: variances on the lens (fractions of the radius, each axis) and
-    /// in the pixel.
-    pub(super) fn spread(self) -> crate::shade::Spread {
-        let part = |bits: u32| 1.0 / (1u64 << bits) as f32;
-        crate::shade::Spread {
-            // A disk of radius r has the variance r^2/4 along each axis; a region has its share of the area.
-            lens: 0.25 * part(self.bits[1] + self.bits[3]),
-            x: part(2 * self.bits[0]) / 12.0,
-            y: part(2 * self.bits[2]) / 12.0,
-        }
-    }
-
     /// The regions of the lens, each with a circle around it.
     pub(super) fn lens_cells(self, radius: f64) -> Vec<LensCell> {
         let [a, b] = self.lens_bits();

@@ -1,11 +1,9 @@
-//! Texture look-up: trilinear, two levels finer than the pixel's own footprint, or as wide as what samples
-//! that share the look-up span.
+//! Texture look-up: trilinear, two levels finer than the pixel's own footprint.
 
-use super::Spread;
 use crate::scene::{Level, Texture};
 use glam::{Vec2, Vec4};
 
-/// Where a sample looks into a texture, and what pixel and lens span there.
+/// Where a sample looks into a texture, and what one pixel spans there.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Footprint {
     /// Texture coordinates, `v` up.
@@ -13,51 +11,49 @@ pub(crate) struct Footprint {
     /// Their change with one pixel to the right and down, for a fixed lens point.
     pub dx: Vec2,
     pub dy: Vec2,
-    /// Their change with a lens point that moves by the aperture's radius, for a fixed film point.
-    pub du: Vec2,
-    pub dv: Vec2,
 }
 
-/// Width of a shared look-up's filter in standard deviations of what the samples span, squared, over that
-/// of a trilinear look-up at level 0 (box times tent: 1/4 texel squared).
-const SHARED_WIDTH: f32 = 4.0;
+/// The two levels of a texture that a look-up mixes.
+#[derive(Clone, Copy)]
+pub(crate) struct Levels<'a> {
+    low: &'a Level,
+    high: &'a Level,
+    /// Share of `high`; 0 where only `low` counts.
+    share: f32,
+}
 
-/// Linear red, green, blue and opacity, repeated in both directions.
+/// The levels for a footprint: those of a quarter of the pixel's shorter side, whatever the number of samples.
 ///
-/// A sample by itself looks at the level of a quarter of the pixel's shorter side, whatever the number of
-/// samples: many samples then average to the box-filtered texture. (A footprint of the whole pixel would
-/// blur twice.) Samples that share a look-up need a filter as wide as the narrow side of what they span.
+/// Many samples then average to the box-filtered texture. (A footprint of the whole pixel would blur twice.)
 #[inline]
-pub(crate) fn sample(texture: &Texture, footprint: &Footprint, spread: Spread) -> Vec4 {
-    let Some(base) = texture.levels.first() else { return Vec4::ONE };
+pub(crate) fn levels<'a>(texture: &'a Texture, footprint: &Footprint) -> Option<Levels<'a>> {
+    let base = texture.levels.first()?;
     let size = Vec2::new(base.width as f32, base.height as f32);
-    let [dx, dy] = [footprint.dx * size, footprint.dy * size];
-    // Squared widths in texels of the finest level.
-    let mut square = dx.length_squared().min(dy.length_squared()) * (1.0 / 16.0);
-    if spread != Spread::default() {
-        let [du, dv] = [footprint.du * size, footprint.dv * size];
-        // The covariance of what the samples see, and its smaller root.
-        let (xx, yy, xy) = {
-            let part =
-                |f: fn(Vec2) -> f32| spread.x * f(dx) + spread.y * f(dy) + spread.lens * (f(du) + f(dv));
-            (part(|d| d.x * d.x), part(|d| d.y * d.y), part(|d| d.x * d.y))
-        };
-        let (half, off) = (0.5 * (xx + yy), 0.5 * (xx - yy));
-        let small = half - (off * off + xy * xy).sqrt();
-        square = square.max(SHARED_WIDTH * small);
-    }
+    let side = |d: Vec2| (d * size).length_squared();
     // log2 of a square is twice the level.
-    let level = 0.5 * linear_log2(square);
+    let level = 0.5 * linear_log2(side(footprint.dx).min(side(footprint.dy)) * (1.0 / 16.0));
     let last = texture.levels.len() - 1;
     if level <= 0.0 || last == 0 {
-        return bilinear(base, footprint.uv);
+        return Some(Levels { low: base, high: base, share: 0.0 });
     }
     let low = (level as usize).min(last);
     let high = (low + 1).min(last);
-    let share = (level - low as f32).clamp(0.0, 1.0);
-    let (near, far) =
-        (bilinear(&texture.levels[low], footprint.uv), bilinear(&texture.levels[high], footprint.uv));
-    near + (far - near) * share
+    let share = if high == low { 0.0 } else { level - low as f32 };
+    Some(Levels { low: &texture.levels[low], high: &texture.levels[high], share })
+}
+
+impl Levels<'_> {
+    /// Linear red, green, blue and opacity at `uv`, repeated in both directions.
+    #[inline]
+    pub(crate) fn sample(&self, uv: Vec2) -> Vec4 {
+        let near = bilinear(self.low, uv);
+        if self.share == 0.0 { near } else { near + (bilinear(self.high, uv) - near) * self.share }
+    }
+}
+
+/// [`levels`] and [`Levels::sample`] for one sample.
+pub(crate) fn sample(texture: &Texture, footprint: &Footprint) -> Vec4 {
+    levels(texture, footprint).map_or(Vec4::ONE, |levels| levels.sample(footprint.uv))
 }
 
 /// log2 by exponent and mantissa, straight between powers of two: at most 0.09 below, the same everywhere.
@@ -70,13 +66,24 @@ fn linear_log2(x: f32) -> f32 {
     ((bits >> 23) as f32 - 127.0) + (f32::from_bits(bits & 0x007f_ffff | 0x3f80_0000) - 1.0)
 }
 
+/// The largest whole number not above `t`. By conversion: without SSE4.1 the instruction is a call.
+#[inline]
+fn floor(t: f32) -> f32 {
+    // Beyond 2^23 every number is whole, and the conversion would saturate.
+    if t.abs() >= 8_388_608.0 || t.is_nan() {
+        return t;
+    }
+    let whole = t as i32 as f32;
+    if whole > t { whole - 1.0 } else { whole }
+}
+
 #[inline]
 fn bilinear(level: &Level, uv: Vec2) -> Vec4 {
     let axis = |t: f32, size: u32| {
-        let t = t - t.floor();
+        let t = t - floor(t);
         // A coordinate that is not a number looks at the first texel.
         let at = if t.is_finite() { t * size as f32 - 0.5 } else { 0.0 };
-        let low = at.floor();
+        let low = floor(at);
         // At lies between -0.5 and size - 0.5, so one step either way wraps.
         let first = if low < 0.0 { size as usize - 1 } else { low as usize };
         let second = if first + 1 >= size as usize { 0 } else { first + 1 };
@@ -84,7 +91,7 @@ fn bilinear(level: &Level, uv: Vec2) -> Vec4 {
     };
     let (x0, x1, fx) = axis(uv.x, level.width);
     // v runs up, rows run down.
-    let (y0, y1, fy) = axis(1.0 - (uv.y - uv.y.floor()), level.height);
+    let (y0, y1, fy) = axis(1.0 - (uv.y - floor(uv.y)), level.height);
     let width = level.width as usize;
     let texel = |x: usize, y: usize| {
         let [r, g, b, a] = level.texels.get(y * width + x).copied().unwrap_or_default();
@@ -114,8 +121,8 @@ mod tests {
 
     fn look(uv: Vec2, pixel: f32) -> f32 {
         let (dx, dy) = (Vec2::new(pixel, 0.0), Vec2::new(0.0, pixel));
-        let footprint = Footprint { uv, dx, dy, du: dx, dv: dy };
-        sample(&checker(), &footprint, Spread::default()).x
+        let footprint = Footprint { uv, dx, dy };
+        sample(&checker(), &footprint).x
     }
 
     #[test]

@@ -62,19 +62,25 @@ impl Look {
         Some(if length > 0.0 && length.is_finite() { n / length } else { self.face })
     }
 
-    /// Texture coordinates and how they change across pixel and lens; `None` where there is no texture.
+    /// Texture coordinates and how they change from pixel to pixel; `None` where there is no texture.
     #[inline]
     pub(crate) fn footprint(&self, place: Place) -> Option<Footprint> {
         let k = self.texture.as_ref()?;
         let [c, cx, cy] = at_lens(k, place);
         let at = c + cx * place.x + cy * place.y;
-        let (x, y) = (place.x, place.y);
-        let du = k[1] + k[4] * x + k[7] * y;
-        let dv = k[2] + k[5] * x + k[8] * y;
         let inverse = if at.z == 0.0 { 0.0 } else { 1.0 / at.z };
         let uv = Vec2::new(at.x, at.y) * inverse;
         let slope = |d: Vec4| (Vec2::new(d.x, d.y) - uv * d.z) * inverse;
-        Some(Footprint { uv, dx: slope(cx), dy: slope(cy), du: slope(du), dv: slope(dv) })
+        Some(Footprint { uv, dx: slope(cx), dy: slope(cy) })
+    }
+
+    /// Texture coordinates alone; the origin where there is no texture.
+    #[inline]
+    pub(crate) fn uv(&self, place: Place) -> Vec2 {
+        let Some(k) = &self.texture else { return Vec2::ZERO };
+        let [c, cx, cy] = at_lens(k, place);
+        let at = c + cx * place.x + cy * place.y;
+        if at.z == 0.0 { Vec2::ZERO } else { Vec2::new(at.x, at.y) / at.z }
     }
 }
 

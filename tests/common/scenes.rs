@@ -165,6 +165,12 @@ pub fn yard(random: &mut Random, triangles: usize) -> Surfaces {
     quad(&mut surfaces, ground, 24.0, 1);
     let wall = [(-3.0, 0.0), (4.0, 0.0), (4.0, 3.0), (-3.0, 3.0)].map(|(x, y)| DVec3::new(x, y, -6.0));
     quad(&mut surfaces, wall, 3.0, 1);
+    // One normal at all corners, and not the face's: a flat triangle that is lit as its normals say.
+    let n = surfaces.normals.len() as u32;
+    surfaces.normals.push(DVec3::new(0.3, 0.8, -0.5).normalize().as_vec3());
+    for attributes in surfaces.attributes.iter_mut().rev().take(2) {
+        attributes.normals = [n; 3];
+    }
     let holed =
         [(-1.5, 0.2), (1.0, 0.2), (1.0, 2.2), (-1.5, 2.2)].map(|(x, y)| DVec3::new(x, y, -1.0 + 0.3 * x));
     quad(&mut surfaces, holed, 1.5, 2);
