@@ -10,19 +10,20 @@ use crate::error::Result;
 /// Distance of base lines in ems.
 const LINE: f64 = 1.25;
 
-/// A label and what it says; lines are parted by `\n`, variables stand between asterisks.
+/// A label and what it says: lines are parted by `\n`, variables stand between asterisks, and at `|` the line is
+/// broken where that gives a better place.
 pub(crate) struct Label {
     pub(crate) words: String,
     pub(crate) color: Color,
     pub(crate) anchors: Vec<Point>,
     pub(crate) toward: Point,
-    pub(crate) inside: bool,
+    pub(crate) area: Option<Vec<Point>>,
     pub(crate) optional: bool,
 }
 
 impl Label {
     pub(crate) fn new(words: impl Into<String>, color: Color, anchors: Vec<Point>) -> Self {
-        Self { words: words.into(), color, anchors, toward: [0.0; 2], inside: false, optional: false }
+        Self { words: words.into(), color, anchors, toward: [0.0; 2], area: None, optional: false }
     }
 
     pub(crate) fn toward(self, toward: Point) -> Self {
@@ -33,8 +34,16 @@ impl Label {
         Self { optional: true, ..self }
     }
 
-    pub(crate) fn inside(self) -> Self {
-        Self { inside: true, optional: true, ..self }
+    pub(crate) fn within(self, area: Vec<Point>) -> Self {
+        Self { area: Some(area), ..self }
+    }
+
+    fn variants(&self) -> Vec<String> {
+        let mut variants = vec![self.words.replace('|', " ")];
+        if self.words.contains('|') {
+            variants.push(self.words.replace('|', "\n"));
+        }
+        variants
     }
 }
 
@@ -42,6 +51,8 @@ impl Label {
 pub(crate) struct Canvas<'a> {
     pub(crate) panel: Panel,
     pub(crate) theme: &'a Theme,
+    /// Where arrows at the border point.
+    pub(crate) arrows: Vec<Point>,
     items: Vec<Item>,
     obstacles: Vec<Obstacle>,
     labels: Vec<Label>,
@@ -49,7 +60,14 @@ pub(crate) struct Canvas<'a> {
 
 impl<'a> Canvas<'a> {
     pub(crate) fn new(panel: Panel, theme: &'a Theme) -> Self {
-        Self { panel, theme, items: Vec::new(), obstacles: Vec::new(), labels: Vec::new() }
+        Self {
+            panel,
+            theme,
+            arrows: Vec::new(),
+            items: Vec::new(),
+            obstacles: Vec::new(),
+            labels: Vec::new(),
+        }
     }
 
     /// Adds a group on top of what is there.
@@ -83,11 +101,12 @@ impl<'a> Canvas<'a> {
     pub(crate) fn finish(mut self, frame: PanelFrame) -> Result<Group> {
         let mut requests = Vec::new();
         for label in &self.labels {
+            let sizes = label.variants().iter().map(|words| size(words)).collect::<Result<Vec<_>>>()?;
             requests.push(Request {
-                size: size(&label.words)?,
+                sizes,
                 anchors: label.anchors.clone(),
                 toward: label.toward,
-                inside: label.inside,
+                area: label.area.clone(),
                 optional: label.optional,
             });
         }
@@ -103,7 +122,11 @@ impl<'a> Canvas<'a> {
             if place.plate {
                 items.push(Item::Shape(plate(place.bounds, self.theme.paper)));
             }
-            items.extend(lines(&label.words, place.bounds, label.color)?.into_iter().map(Item::Text));
+            items.extend(
+                lines(&label.variants().swap_remove(place.variant), place.bounds, label.color)?
+                    .into_iter()
+                    .map(Item::Text),
+            );
             groups.push(Item::Group(Group::of("label", items)));
         }
         if !leaders.is_empty() {

@@ -72,7 +72,7 @@ impl Extent {
         let f = optics.focal_length();
         let tall = camera_height(scene);
         let mut camera = standards;
-        grow(&mut camera, section.project(optics.axis() * (1.15 * f)));
+        grow(&mut camera, section.project(optics.axis() * (1.05 * f)));
         grow(&mut camera, [-0.0, 0.5 * tall]);
         grow(&mut camera, [-0.0, -0.5 * tall]);
         for line in [optics.hinge_line(), optics.scheimpflug_line()] {
@@ -98,7 +98,7 @@ impl Extent {
 }
 
 /// How far along the axis a plane is crossed, when in front and finite.
-fn crossing(scene: &Scene, plane: Plane) -> Option<f64> {
+pub(crate) fn crossing(scene: &Scene, plane: Plane) -> Option<f64> {
     let a = scene.optics.axis();
     let at = plane.meet_ray(DVec3::ZERO, a);
     let t = a.dot(at.xyz) / at.w;
@@ -115,12 +115,20 @@ fn scene_bounds(scene: &Scene, standards: Bounds, tall: f64) -> Bounds {
     let subject = subject_distance(scene);
     // How far the drawing reaches: to the focus, unless that is so far that nothing else could be told apart.
     let most = hinge.map_or(400.0 * f, |j| (14.0 * j).min(400.0 * f)).max(subject.unwrap_or(0.0) * 1.3);
-    let reach = match (focus, hinge) {
-        (Some(t), _) if t <= most => t,
-        (_, Some(j)) if j < 200.0 * f => (5.0 * j).max(10.0 * f).min(most),
+    let near = scene.depth.and_then(|d| crossing(scene, d.near)).filter(|&t| t < 400.0 * f);
+    let reach = match (focus, hinge, near) {
+        (Some(t), _, _) if t <= most => t,
+        (_, Some(j), _) if j < 200.0 * f => (5.0 * j).max(10.0 * f).min(most),
+        (_, _, Some(near)) => 1.8 * near,
         _ => 30.0 * f,
     };
-    let reach = reach.max(subject.filter(|&s| focus.is_none_or(|t| t > most) && s < 1e4 * f).unwrap_or(0.0));
+    // The subject is in the picture, unless it would make the rest small.
+    let seen = subject.filter(|&s| s < 1e4 * f);
+    let reach = match seen {
+        Some(s) if focus.is_none_or(|t| t > most) => reach.max(s),
+        Some(s) => reach.max(s.min(2.0 * reach)),
+        None => reach,
+    };
     let mut bounds = standards;
     let ahead = section.project(optics.axis());
     grow(&mut bounds, [ahead[0] * 1.12 * reach, ahead[1] * 1.12 * reach]);
@@ -132,11 +140,15 @@ fn scene_bounds(scene: &Scene, standards: Bounds, tall: f64) -> Bounds {
         grow(&mut bounds, [ahead[0] * 1.05 * far, ahead[1] * 1.05 * far]);
     }
     for line in [optics.hinge_line(), optics.scheimpflug_line()] {
-        if let Pierce::At(p) = section.pierce(line)
-            && libm::hypot(p[0], p[1]) < (0.75 * reach).max(2.2 * size)
-        {
-            // Room beyond the point for its label.
-            grow(&mut bounds, [p[0] * 1.06, p[1] * 1.06]);
+        if let Pierce::At(p) = section.pierce(line) {
+            // Shown where it is near, or costs little of the scale.
+            let mut with = bounds;
+            grow(&mut with, [p[0] * 1.06, p[1] * 1.06]);
+            let larger = |b: Bounds| (b[2] - b[0]).max(1.15 * (b[3] - b[1]));
+            let near = libm::hypot(p[0], p[1]) < (0.5 * reach).max(2.2 * size);
+            if near || larger(with) < 1.3 * larger(bounds) {
+                bounds = with;
+            }
         }
     }
     for point in seen_points(scene, reach * 1.4) {
@@ -145,7 +157,7 @@ fn scene_bounds(scene: &Scene, standards: Bounds, tall: f64) -> Bounds {
     // The subject where the figure reaches anyway.
     let high = 0.75 * reach;
     for p in scene.subject.iter().flatten() {
-        if p[0] > 0.0 && p[0] < 1.25 * reach && p[1].abs() < high {
+        if p[0] > 0.0 && p[0] < 1.5 * reach && p[1].abs() < high {
             grow(&mut bounds, *p);
         }
     }

@@ -71,7 +71,7 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
     let optics = scene.optics;
     let theme = scene.theme;
     wedge(scene, canvas, role);
-    draw_subject(scene, canvas);
+    let subject = draw_subject(scene, canvas);
     bellows(scene, canvas);
     for &point in &scene.bundles {
         pencil(scene, canvas, point);
@@ -133,14 +133,15 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
         canvas,
         role,
         "scheimpflug-line",
-        "Scheimpflug line",
+        "Scheimpflug|line",
         optics.scheimpflug_line(),
         theme.lens,
     );
     line_point(scene, canvas, role, "hinge-line", "hinge line", optics.hinge_line(), theme.hinge);
     if role.names_scene() {
-        if let Some((a, b)) = focus {
-            canvas.label(Label::new("focus plane", theme.focus.word, along(a, b)));
+        match focus {
+            Some((a, b)) => canvas.label(Label::new("focus plane", theme.focus.word, along(a, b))),
+            None => focus_arrow(scene, canvas, role),
         }
         for (part, ends) in limits {
             if let Some((a, b)) = ends {
@@ -149,22 +150,88 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
             }
         }
     }
+    if let Some(tops) = subject
+        && role.names_scene()
+    {
+        canvas.label(Label::new("subject", theme.subject.word, tops).toward([0.0, -1.0]).optional());
+    }
+    if let Pierce::At(p) = hinge
+        && role.names_scene()
+    {
+        distance_j(canvas, p);
+    }
     if role.names_camera() {
+        dimension_f(scene, canvas);
         let name = |canvas: &mut Canvas, ends: Option<(Point, Point)>, words: &str, hue: Hue, at: f64| {
             if let Some((a, b)) = ends {
-                let anchors = [at, at * 0.8, 1.0 - at, at * 0.6, 1.0 - at * 0.8]
-                    .map(|t| [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t]);
+                let anchors =
+                    [at, 0.15 + 0.7 * at, 1.0 - at, 0.85 - 0.7 * at, 0.3 + 0.4 * at, 0.7 - 0.4 * at, 0.5]
+                        .map(|t| [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t]);
                 canvas.label(Label::new(words, hue.word, anchors.to_vec()));
             }
         };
-        name(canvas, lens_plane, "lens plane", theme.lens, 0.95);
-        name(canvas, film_plane, "film plane", theme.film, 0.95);
+        name(canvas, lens_plane, "lens|plane", theme.lens, 0.95);
+        name(canvas, film_plane, "film|plane", theme.film, 0.95);
         let tilted = optics.axis().cross(optics.film_normal()).length() > 1e-3;
         if tilted {
-            name(canvas, parallel, "film-parallel plane", theme.hinge, 0.05);
+            name(canvas, parallel, "film-parallel|plane", theme.hinge, 0.05);
         }
-        name(canvas, focal, "front focal plane", theme.hinge, 0.05);
+        name(canvas, focal, "front focal|plane", theme.hinge, 0.05);
     }
+}
+
+/// Where the focus plane is when the panel does not show it.
+fn focus_arrow(scene: &Scene, canvas: &mut Canvas, role: Role) {
+    let optics = scene.optics;
+    let ahead = scene.section.project(optics.axis());
+    let plane = optics.focus_plane();
+    if plane.is_at_infinity() {
+        border_arrow(canvas, role, "focus plane\nat infinity", ahead, scene.theme.focus);
+    } else if let Some(t) = super::extent::crossing(scene, plane) {
+        let words = format!("focus plane\n{} ahead", words::length(t));
+        border_arrow(canvas, role, &words, ahead, scene.theme.focus);
+    }
+}
+
+/// Merklinger's J, from the lens centre to the hinge line, named on the film-parallel plane.
+fn distance_j(canvas: &mut Canvas, hinge: [f64; 2]) {
+    let panel = canvas.panel;
+    let (from, to) = (panel.origin, panel.page(hinge));
+    if panel.holds(to, 0.0) && distance(from, to) > 9.0 {
+        let at = |t: f64| [from[0] + (to[0] - from[0]) * t, from[1] + (to[1] - from[1]) * t];
+        let label = Label::new("*J*", canvas.theme.hinge.word, [0.5, 0.65, 0.35, 0.8].map(at).to_vec());
+        canvas.label(label.toward([1.0, 0.0]).optional());
+    }
+}
+
+/// The focal length, dimensioned under the camera from lens to front focal plane.
+fn dimension_f(scene: &Scene, canvas: &mut Canvas) {
+    let panel = canvas.panel;
+    let a = scene.optics.axis();
+    if !scene.section.holds(a) {
+        return;
+    }
+    let along = scene.section.project(a);
+    let (along, down) = ([along[0], -along[1]], [along[1], along[0]]);
+    let off = 0.62 * camera_height(scene) * panel.scale + 1.2;
+    let long = scene.optics.focal_length() * panel.scale;
+    let from = [panel.origin[0] + off * down[0], panel.origin[1] + off * down[1]];
+    let at = |t: f64| [from[0] + t * along[0], from[1] + t * along[1]];
+    let to = at(long);
+    if !(long > 7.0 && panel.holds(from, 1.5) && panel.holds(to, 1.5)) {
+        return;
+    }
+    let color = scene.theme.quiet;
+    let mut shapes = vec![Shape::line(from, to, solid(color, theme::HAIR))];
+    for (tip, back) in [(from, at(1.6)), (to, at(long - 1.6))] {
+        let side = [0.45 * down[0], 0.45 * down[1]];
+        let head = [tip, [back[0] + side[0], back[1] + side[1]], [back[0] - side[0], back[1] - side[1]]];
+        shapes.push(Shape::polyline(&head, true, Some(Fill::Flat { color, opacity: 1.0 }), None));
+    }
+    canvas.part("dimension", shapes);
+    canvas.avoid(from, to, theme::THIN, Weight::Light);
+    let anchors = [0.5, 0.4, 0.6, 0.3, 0.7].map(|t| at(t * long));
+    canvas.label(Label::new("*f*", scene.theme.ink, anchors.to_vec()).toward(down).optional());
 }
 
 /// Points along a line's visible piece where a label may hang on.
@@ -261,7 +328,11 @@ fn trace(
 }
 
 fn far_from(canvas: &Canvas, p: Point) -> f64 {
-    libm::hypot(p[0] - canvas.panel.origin[0], p[1] - canvas.panel.origin[1])
+    distance(p, canvas.panel.origin)
+}
+
+fn distance(p: Point, q: Point) -> f64 {
+    libm::hypot(p[0] - q[0], p[1] - q[1])
 }
 
 type Piece = Option<(f64, f64)>;
@@ -323,29 +394,26 @@ fn line_point(
                 }
             } else {
                 canvas.group(Group::off_page(part, "beyond"));
-                let far = !(libm::hypot(p[0], p[1]) * panel.scale <= 1e9);
-                border_arrow(scene, canvas, role, name, p, line, hue, far);
+                let way =
+                    format!("{} {}", words::length(line.distance_from_origin()), whither(&scene.section, p));
+                border_arrow(canvas, role, &format!("{name}\n{way}"), p, hue);
             }
         }
     }
 }
 
-#[allow(clippy::too_many_arguments)]
-fn border_arrow(
-    scene: &Scene,
-    canvas: &mut Canvas,
-    role: Role,
-    name: &str,
-    p: [f64; 2],
-    line: Line,
-    hue: Hue,
-    _far: bool,
-) {
+/// At the border, the way from the lens centre to a section point that lies off the panel.
+fn border_arrow(canvas: &mut Canvas, role: Role, words: &str, p: [f64; 2], hue: Hue) {
     let panel = canvas.panel;
     let length = libm::hypot(p[0], p[1]);
     let to = [p[0] / length, -p[1] / length];
     let ray = PageLine { at: panel.origin, along: to };
-    let Some((_, border)) = panel.clip(&ray, 0.0, 2.0 * panel.reach()) else { return };
+    let Some((_, mut border)) = panel.clip(&ray, 0.0, 2.0 * panel.reach()) else { return };
+    // Two arrows that would cover each other stand one behind the other.
+    if canvas.arrows.iter().any(|&p| distance(p, ray.point(border)) < 2.2) {
+        border -= 7.5;
+    }
+    canvas.arrows.push(ray.point(border));
     let tip = ray.point(border - 0.4);
     let back = ray.point(border - 2.6);
     let tail = ray.point((border - 7.0).max(0.0));
@@ -359,10 +427,8 @@ fn border_arrow(
         ],
     );
     canvas.avoid(tail, tip, 1.7, Weight::Heavy);
-    let text =
-        format!("{name}\n{} {}", words::length(line.distance_from_origin()), whither(&scene.section, p));
     let middle = ray.point((border - 3.5).max(0.0));
-    let label = Label::new(text, hue.word, vec![middle, tail, back]);
+    let label = Label::new(words, hue.word, vec![middle, tail, back]);
     // The main panel shows the line itself, or says where it is; the inset says it where there is room.
     canvas.label(if role == Role::Inset { label.optional() } else { label });
 }
@@ -450,14 +516,15 @@ fn wedge(scene: &Scene, canvas: &mut Canvas, role: Role) {
         to_opacity: 0.1,
     };
     canvas.part("wedge", vec![Shape::polyline(&polygon, true, Some(fade), None)]);
-    if role.names_scene() {
+    if role.names_scene() && area(&polygon) > 30.0 {
         let n = polygon.len() as f64;
         let middle = polygon.iter().fold([0.0, 0.0], |m, p| [m[0] + p[0] / n, m[1] + p[1] / n]);
         let mut anchors = vec![middle];
         for p in &polygon {
             anchors.push([0.5 * (middle[0] + p[0]), 0.5 * (middle[1] + p[1])]);
         }
-        canvas.label(Label::new("depth of field", scene.theme.depth.word, anchors).inside());
+        let label = Label::new("depth|of field", scene.theme.depth.word, anchors).within(polygon);
+        canvas.label(label.optional());
     }
 }
 
@@ -470,14 +537,14 @@ fn area(polygon: &[Point]) -> f64 {
     0.5 * twice.abs()
 }
 
-fn draw_subject(scene: &Scene, canvas: &mut Canvas) {
+fn draw_subject(scene: &Scene, canvas: &mut Canvas) -> Option<Vec<Point>> {
     if scene.subject.is_empty() {
-        return;
+        return None;
     }
     let chains = subject::chains(&scene.subject, &canvas.panel);
     if chains.is_empty() {
         canvas.group(Group::off_page("subject", "beyond"));
-        return;
+        return None;
     }
     let mut path = Vec::new();
     for chain in &chains {
@@ -488,10 +555,15 @@ fn draw_subject(scene: &Scene, canvas: &mut Canvas) {
             canvas.avoid(pair[0], pair[1], theme::MEDIUM, Weight::Soft);
         }
     }
-    let stroke = Stroke { round: true, ..solid(scene.theme.subject.line, theme::MEDIUM) };
+    let stroke = Stroke { round: true, ..solid(scene.theme.subject.line, 0.25) };
     let shape =
         Shape { geometry: super::display_list::Geometry::Path(path), fill: None, stroke: Some(stroke) };
     canvas.part("subject", vec![shape]);
+    // Its highest points name it best.
+    let mut tops: Vec<Point> = chains.iter().flatten().copied().collect();
+    tops.sort_by(|p, q| p[1].total_cmp(&q[1]).then(p[0].total_cmp(&q[0])));
+    tops.truncate(6);
+    Some(tops)
 }
 
 /// Where the bundle through a film point meets the subject side: a page point, or a direction for each lens point.
@@ -506,13 +578,12 @@ pub(crate) fn bundles(scene: &Scene, panel: &Panel) -> Vec<DVec3> {
     let Some([p, q]) = scene.film else { return Vec::new() };
     let at = |t: f64| 0.5 * (p + q) + (q - p) * (0.5 * t);
     let shown = |t: &f64| conjugate(scene, at(*t)).is_some_and(|x| panel.holds(panel.page(x), 3.0));
-    let ladder = [0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1];
-    let high = ladder.iter().copied().find(shown);
-    let low = ladder.iter().map(|t| -t).find(shown);
-    match (low, high) {
-        (Some(a), Some(b)) => vec![at(a), at(b)],
-        (Some(a), None) | (None, Some(a)) => vec![at(a)],
-        (None, None) => vec![at(0.0)],
+    let ladder: Vec<f64> = (-7..=7).map(|i| f64::from(i) * 0.1).filter(shown).collect();
+    match (ladder.first(), ladder.last()) {
+        (Some(&a), Some(&b)) if b - a > 0.25 => vec![at(a), at(b)],
+        (Some(&a), Some(_)) => vec![at(a)],
+        // Nothing sharp in sight: parallel or diverging bundles show that as well.
+        _ => vec![at(-0.55), at(0.55)],
     }
 }
 

@@ -7,6 +7,7 @@
 
 use super::display_list::Point;
 use super::panel::Panel;
+use super::subject::distance_to_segment;
 
 /// How strongly a drawn line repels labels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,14 +33,14 @@ pub(crate) struct Obstacle {
 /// A label to be placed.
 #[derive(Clone, Debug)]
 pub(crate) struct Request {
-    /// Width and height of its box.
-    pub(crate) size: [f64; 2],
+    /// Width and height of its box, for each way to break its lines, the best first.
+    pub(crate) sizes: Vec<[f64; 2]>,
     /// Points of the thing it names, the best first.
     pub(crate) anchors: Vec<Point>,
     /// Page direction in which it would best stand off, or zero.
     pub(crate) toward: Point,
-    /// It names an area and stands in it, without a leader.
-    pub(crate) inside: bool,
+    /// It names this convex area: it stands wholly in it, or outside with a leader.
+    pub(crate) area: Option<Vec<Point>>,
     /// Left out where there is no good place for it.
     pub(crate) optional: bool,
 }
@@ -53,10 +54,14 @@ pub(crate) struct Placed {
     pub(crate) leader: Option<(Point, Point)>,
     /// Thin lines run behind it.
     pub(crate) plate: bool,
+    /// Which of the request's sizes.
+    pub(crate) variant: usize,
 }
 
 /// Free room around a label (mm).
 const CLEAR: f64 = 0.45;
+/// Free room between labels, beside and above one another: two on a line shall not read as one.
+const BETWEEN: [f64; 2] = [2.0, 0.6];
 /// Free room toward the frame.
 const EDGE: f64 = 0.9;
 /// Labels that stand off more than this have a leader.
@@ -66,8 +71,10 @@ const GAPS: [f64; 9] = [0.7, 1.2, 2.4, 4.0, 6.0, 9.0, 13.0, 18.0, 25.0];
 const THIN_LINE: f64 = 6.0;
 const SOFT_LINE: f64 = 1.5;
 const WITH_LEADER: f64 = 2.5;
-const LEADER_OVER_HEAVY: f64 = 12.0;
-const LEADER_OVER_LIGHT: f64 = 1.5;
+const LEADER_OVER_HEAVY: f64 = 25.0;
+const LEADER_OVER_LIGHT: f64 = 3.0;
+const LEADER_ALONG_LINE: f64 = 15.0;
+const BROKEN: f64 = 2.0;
 /// Optional labels dearer than this are left out.
 const NOT_WORTH: f64 = 24.0;
 
@@ -91,16 +98,24 @@ struct Scene<'a> {
 impl Scene<'_> {
     fn best(&self, request: &Request) -> Option<Placed> {
         for allow in [Weight::Soft, Weight::Light] {
+            if request.optional && allow == Weight::Light {
+                continue;
+            }
             let mut best: Option<(f64, Placed)> = None;
-            for (rank, &anchor) in request.anchors.iter().enumerate() {
-                for center in around(anchor, request) {
-                    cheaper(&mut best, self.rate(request, anchor, center, rank, allow));
+            for variant in 0..request.sizes.len() {
+                for (rank, &anchor) in request.anchors.iter().enumerate() {
+                    for center in around(anchor, request, variant) {
+                        cheaper(&mut best, self.rate(request, variant, anchor, center, rank, allow));
+                    }
                 }
             }
+            // A place far from any anchor is better than one on a line.
             if best.is_none() && !request.optional {
                 for center in grid(self.panel) {
-                    for (rank, &anchor) in request.anchors.iter().enumerate() {
-                        cheaper(&mut best, self.rate(request, anchor, center, rank, allow));
+                    for variant in 0..request.sizes.len() {
+                        for (rank, &anchor) in request.anchors.iter().enumerate() {
+                            cheaper(&mut best, self.rate(request, variant, anchor, center, rank, allow));
+                        }
                     }
                 }
             }
@@ -115,12 +130,13 @@ impl Scene<'_> {
     fn rate(
         &self,
         r: &Request,
+        variant: usize,
         anchor: Point,
         center: Point,
         rank: usize,
         allow: Weight,
     ) -> Option<(f64, Placed)> {
-        let half = [0.5 * r.size[0], 0.5 * r.size[1]];
+        let half = half(r, variant);
         let bounds = [center[0] - half[0], center[1] - half[1], center[0] + half[0], center[1] + half[1]];
         let frame = self.panel.frame;
         let within = bounds[0] >= frame[0] + EDGE
@@ -130,10 +146,10 @@ impl Scene<'_> {
         if !within {
             return None;
         }
-        let mut cost = rank as f64 * 0.4;
+        let mut cost = rank as f64 * 0.4 + variant as f64 * BROKEN;
         let mut plate = false;
         for other in self.taken {
-            if overlap(bounds, other.bounds, 2.0 * CLEAR) {
+            if overlap(bounds, other.bounds, BETWEEN) {
                 return None;
             }
             if let Some((a, b)) = other.leader
@@ -158,8 +174,22 @@ impl Scene<'_> {
         let lean = [center[0] - anchor[0], center[1] - anchor[1]];
         let length = libm::hypot(lean[0], lean[1]).max(1e-9);
         cost += 1.6 * (1.0 - (lean[0] * r.toward[0] + lean[1] * r.toward[1]) / length);
+        let inside = match &r.area {
+            None => false,
+            Some(area) => {
+                let [l, t, r, b] = bounds;
+                let inside = [[l, t], [r, t], [r, b], [l, b]].iter().filter(|&&c| in_convex(area, c)).count();
+                if inside % 4 != 0 {
+                    return None;
+                }
+                inside == 4
+            }
+        };
         let mut leader = None;
-        if gap > LEADER && !r.inside {
+        if (gap > LEADER || r.area.is_some()) && !inside {
+            if gap < 1.0 {
+                return None;
+            }
             let end = [anchor[0] + away[0] * (1.0 - 0.35 / gap), anchor[1] + away[1] * (1.0 - 0.35 / gap)];
             for other in self.taken {
                 if crosses(anchor, end, other.bounds, CLEAR) {
@@ -182,11 +212,34 @@ impl Scene<'_> {
                     };
                 }
             }
-            cost += WITH_LEADER;
+            // A leader along the very line it comes from would look like a part of it.
+            let middle = [0.5 * (anchor[0] + end[0]), 0.5 * (anchor[1] + end[1])];
+            let along = |o: &&Obstacle| {
+                o.weight >= Weight::Light
+                    && distance_to_segment(anchor, o.a, o.b) < 0.3
+                    && distance_to_segment(middle, o.a, o.b) < 0.12 * gap
+            };
+            if self.obstacles.iter().any(|o| along(&o)) {
+                cost += LEADER_ALONG_LINE;
+            }
+            cost += WITH_LEADER + 0.03 * gap * gap;
             leader = Some((anchor, end));
         }
-        Some((cost, Placed { bounds, leader, plate }))
+        Some((cost, Placed { bounds, leader, plate, variant }))
     }
+}
+
+fn half(request: &Request, variant: usize) -> [f64; 2] {
+    request.sizes.get(variant).map_or([0.0; 2], |size| size.map(|x| 0.5 * x))
+}
+
+/// Whether a point lies in a convex polygon of either orientation.
+fn in_convex(polygon: &[Point], p: Point) -> bool {
+    let side = |i: usize| {
+        let (a, b) = (polygon[i], polygon[(i + 1) % polygon.len()]);
+        (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
+    };
+    (0..polygon.len()).all(|i| side(i) >= 0.0) || (0..polygon.len()).all(|i| side(i) <= 0.0)
 }
 
 fn cheaper(best: &mut Option<(f64, Placed)>, found: Option<(f64, Placed)>) {
@@ -198,9 +251,9 @@ fn cheaper(best: &mut Option<(f64, Placed)>, found: Option<(f64, Placed)>) {
 }
 
 /// Centres of boxes around an anchor.
-fn around(anchor: Point, request: &Request) -> Vec<Point> {
-    let half = [0.5 * request.size[0], 0.5 * request.size[1]];
-    let mut centers = if request.inside { vec![anchor] } else { Vec::new() };
+fn around(anchor: Point, request: &Request, variant: usize) -> Vec<Point> {
+    let half = half(request, variant);
+    let mut centers = if request.area.is_some() { vec![anchor] } else { Vec::new() };
     // Multiples of 22.5 degrees; the diagonal ones slide along the box's sides.
     const SIN: [f64; 4] =
         [0.0, 0.382_683_432_365_089_8, std::f64::consts::FRAC_1_SQRT_2, 0.923_879_532_511_286_7];
@@ -239,8 +292,8 @@ fn grid(panel: &Panel) -> Vec<Point> {
     (0..columns * rows).map(|i| [l + 2.0 * (i % columns) as f64, t + 1.5 * (i / columns) as f64]).collect()
 }
 
-pub(crate) fn overlap(a: [f64; 4], b: [f64; 4], clear: f64) -> bool {
-    a[0] < b[2] + clear && b[0] < a[2] + clear && a[1] < b[3] + clear && b[1] < a[3] + clear
+fn overlap(a: [f64; 4], b: [f64; 4], clear: [f64; 2]) -> bool {
+    a[0] < b[2] + clear[0] && b[0] < a[2] + clear[0] && a[1] < b[3] + clear[1] && b[1] < a[3] + clear[1]
 }
 
 fn nearest(bounds: [f64; 4], p: Point) -> Point {

@@ -3,12 +3,13 @@
 
 use super::Figure;
 use super::canvas::{self, Canvas};
-use super::display_list::{DisplayList, Face, Group, Item, PanelFrame, Point, Run, Shape, Text};
+use super::display_list::{DisplayList, Face, Geometry, Group, Item, PanelFrame, Point, Run, Shape, Text};
 use super::extent::{self, Extent};
 use super::facts;
 use super::lettering;
 use super::panel::Panel;
 use super::parts::{self, Role, Scene};
+use super::place::Weight;
 use super::section::{Section, SectionPlane, View};
 use super::subject;
 use super::theme::{self, Theme};
@@ -34,8 +35,18 @@ const READABLE: f64 = 24.0;
 const MARGIN: f64 = 2.5;
 const STRIP: f64 = 5.0;
 const GUTTER: f64 = 4.5;
-const INSET_WIDTH: f64 = 60.0;
+const INSET_WIDTH: f64 = 62.0;
 const LEADING: f64 = 3.9;
+
+/// Where panels and captions stand when the camera is drawn twice.
+struct Layout {
+    main: Panel,
+    inset: Panel,
+    /// Left and top of the facts.
+    block: Point,
+    lines: Vec<String>,
+    stacked: bool,
+}
 
 /// A side view to be drawn: set what shall be in it, then ask for the [`Figure`].
 ///
@@ -172,25 +183,27 @@ impl<'a> SideView<'a> {
             items.push(caption("title", runs, [MARGIN, MARGIN + theme::TITLE], theme::TITLE, &self.theme)?);
         }
         if with_inset {
-            let left = MARGIN + INSET_WIDTH + GUTTER;
-            let main = extent::fit(extent.scene, [left, top, width - MARGIN, height - MARGIN - STRIP], 6.0);
-            let narrow = flow_column(&facts, INSET_WIDTH)?;
-            let foot = LEADING * narrow.len() as f64 + 2.0;
-            let bottom = height - MARGIN - STRIP - foot;
-            let inset = extent::fit(extent.camera, [MARGIN, top, MARGIN + INSET_WIDTH, bottom], 7.0);
-            scene.bundles = parts::bundles(&scene, &main);
-            let (mark, connectors) = inset_mark(&main, &inset, &self.theme);
-            items.push(connectors);
-            items.push(Item::Group(self.panel(&scene, inset, Role::Inset, "inset", None)?));
-            items.push(Item::Group(self.panel(&scene, main, Role::Main, "main", Some(mark))?));
-            self.strip(&mut items, &inset, "camera")?;
-            self.strip(&mut items, &main, view_name(scene.section.view))?;
-            self.block(&mut items, &narrow, bottom + STRIP + 2.0)?;
+            let layout = self.layout(&extent, top, &facts)?;
+            scene.bundles = parts::bundles(&scene, &layout.main);
+            let (mark, connectors) = inset_mark(&layout.main, &layout.inset, &self.theme);
+            let lines = Item::Group(Group::of("inset-mark", connectors.clone().map(Item::Shape).to_vec()));
+            items.push(lines);
+            items.push(Item::Group(self.panel(
+                &scene,
+                layout.main,
+                Role::Main,
+                "main",
+                Some((mark, connectors)),
+            )?));
+            items.push(Item::Group(self.panel(&scene, layout.inset, Role::Inset, "inset", None)?));
+            self.strip(&mut items, &layout.inset, "camera", false)?;
+            self.strip(&mut items, &layout.main, view_name(scene.section.view), layout.stacked)?;
+            self.block(&mut items, &layout.lines, layout.block)?;
         } else {
             scene.bundles = parts::bundles(&scene, &alone);
             items.push(Item::Group(self.panel(&scene, alone, Role::Whole, "main", None)?));
-            self.strip(&mut items, &alone, view_name(scene.section.view))?;
-            self.block(&mut items, &wide_lines, height - MARGIN - foot + 1.0)?;
+            self.strip(&mut items, &alone, view_name(scene.section.view), false)?;
+            self.block(&mut items, &wide_lines, [MARGIN, height - MARGIN - foot + 1.0])?;
         }
         let title = self.title.unwrap_or(view_title(scene.section.view)).to_owned();
         let list = DisplayList {
@@ -201,6 +214,41 @@ impl<'a> SideView<'a> {
             items,
         };
         Figure::new(list)
+    }
+
+    /// Side by side, or one above the other where that shows a long low scene much larger.
+    fn layout(&self, extent: &Extent, top: f64, facts: &[String]) -> Result<Layout> {
+        let [width, height] = self.page;
+        let (right, bottom) = (width - MARGIN, height - MARGIN);
+        let beside = {
+            let lines = flow(facts, INSET_WIDTH)?;
+            let foot = LEADING * lines.len() as f64 + 2.0;
+            let left = MARGIN + INSET_WIDTH + GUTTER;
+            let low = bottom - STRIP - foot;
+            Layout {
+                main: extent::fit(extent.scene, [left, top, right, bottom - STRIP], 6.0),
+                inset: extent::fit(extent.camera, [MARGIN, top, MARGIN + INSET_WIDTH, low], 5.0),
+                block: [MARGIN, low + STRIP + 2.0],
+                lines,
+                stacked: false,
+            }
+        };
+        let stacked = {
+            let split = top + 0.46 * (bottom - top);
+            let across = MARGIN + 0.52 * (width - 2.0 * MARGIN);
+            let lines = flow(facts, right - across - GUTTER)?;
+            let inset = [MARGIN, split + STRIP + 2.5, across, bottom - STRIP];
+            Layout {
+                main: extent::fit(extent.scene, [MARGIN, top, right, split], 5.0),
+                inset: extent::fit(extent.camera, inset, 4.5),
+                block: [across + GUTTER, split + STRIP + 2.5],
+                lines,
+                stacked: true,
+            }
+        };
+        let better = stacked.main.scale >= 1.45 * beside.main.scale;
+        let room = LEADING * stacked.lines.len() as f64 <= bottom - stacked.block[1];
+        Ok(if better && room { stacked } else { beside })
     }
 
     fn scene(&self) -> Scene<'_> {
@@ -226,10 +274,15 @@ impl<'a> SideView<'a> {
         panel: Panel,
         role: Role,
         name: &'static str,
-        mark: Option<Shape>,
+        mark: Option<(Shape, [Shape; 2])>,
     ) -> Result<Group> {
         let mut canvas = Canvas::new(panel, &self.theme);
-        if let Some(mark) = mark {
+        if let Some((mark, connectors)) = mark {
+            for connector in connectors {
+                if let Geometry::Line(a, b) = connector.geometry {
+                    canvas.avoid(a, b, theme::HAIR, Weight::Soft);
+                }
+            }
             canvas.part("inset-mark", vec![mark]);
         }
         parts::draw(scene, &mut canvas, role);
@@ -244,17 +297,19 @@ impl<'a> SideView<'a> {
     }
 
     /// Under a panel: what it shows, its scale in numbers and as a bar.
-    fn strip(&self, items: &mut Vec<Item>, panel: &Panel, words: &str) -> Result<()> {
+    fn strip(&self, items: &mut Vec<Item>, panel: &Panel, words: &str, to_right: bool) -> Result<()> {
         let [left, _, right, bottom] = panel.frame;
         let base = bottom + 3.4;
         let scale = words::ratio(1000.0 / panel.scale);
         let said = lettering::runs(&format!("{words}, {scale}"));
-        items.push(caption("scale", said, [left, base], theme::LETTER, &self.theme)?);
         let metres = words::round_length(22.0 / panel.scale);
         let long = metres * panel.scale;
         let label = lettering::runs(&words::length(metres));
         let width = lettering::width(&label)? * theme::LETTER;
-        items.push(caption("scale", label, [right - long - 1.5 - width, base], theme::LETTER, &self.theme)?);
+        let at = right - long - 1.5 - width;
+        let begin = if to_right { at - 6.0 - lettering::width(&said)? * theme::LETTER } else { left };
+        items.push(caption("scale", said, [begin, base], theme::LETTER, &self.theme)?);
+        items.push(caption("scale", label, [at, base], theme::LETTER, &self.theme)?);
         let stroke = theme::solid(self.theme.ink, theme::MEDIUM);
         let y = base - 0.9;
         let bar = [
@@ -267,16 +322,10 @@ impl<'a> SideView<'a> {
     }
 
     /// Lines of text from a height on.
-    fn block(&self, items: &mut Vec<Item>, lines: &[String], top: f64) -> Result<()> {
-        let mut base = top + lettering::ASCENT * theme::LETTER;
+    fn block(&self, items: &mut Vec<Item>, lines: &[String], at: Point) -> Result<()> {
+        let mut base = at[1] + lettering::ASCENT * theme::LETTER;
         for line in lines {
-            items.push(caption(
-                "caption",
-                lettering::runs(line),
-                [MARGIN, base],
-                theme::LETTER,
-                &self.theme,
-            )?);
+            items.push(caption("caption", lettering::runs(line), [at[0], base], theme::LETTER, &self.theme)?);
             base += LEADING;
         }
         Ok(())
@@ -321,13 +370,8 @@ fn flow(facts: &[String], width: f64) -> Result<Vec<String>> {
     Ok(lines)
 }
 
-/// Facts one under another, those that are short together.
-fn flow_column(facts: &[String], width: f64) -> Result<Vec<String>> {
-    flow(facts, width)
-}
-
 /// The box in the main panel that the inset enlarges, and the lines from it to the inset.
-fn inset_mark(main: &Panel, inset: &Panel, theme: &Theme) -> (Shape, Item) {
+fn inset_mark(main: &Panel, inset: &Panel, theme: &Theme) -> (Shape, [Shape; 2]) {
     let shrink = main.scale / inset.scale;
     let at = |x: f64, y: f64| {
         [main.origin[0] + shrink * (x - inset.origin[0]), main.origin[1] + shrink * (y - inset.origin[1])]
@@ -337,9 +381,11 @@ fn inset_mark(main: &Panel, inset: &Panel, theme: &Theme) -> (Shape, Item) {
     let (t, r, b) = (p[1].max(main.frame[1]), q[0].min(main.frame[2]), q[1].min(main.frame[3]));
     let stroke = theme::solid(theme.faint, theme::HAIR);
     let mark = Shape::polyline(&[[l, t], [r, t], [r, b], [l, b]], true, None, Some(stroke));
-    let lines = [
-        Shape::line([inset.frame[2], inset.frame[1]], [l, t], stroke),
-        Shape::line([inset.frame[2], inset.frame[3]], [l, b], stroke),
-    ];
-    (mark, Item::Group(Group::of("inset-mark", lines.into_iter().map(Item::Shape).collect())))
+    let [il, it, ir, ib] = inset.frame;
+    let lines = if it > main.frame[3] {
+        [Shape::line([il, it], [l, b], stroke), Shape::line([ir, it], [r, b], stroke)]
+    } else {
+        [Shape::line([ir, it], [l, t], stroke), Shape::line([ir, ib], [l, b], stroke)]
+    };
+    (mark, lines)
 }

@@ -80,8 +80,7 @@ pub(crate) fn ratio(denominator: f64) -> String {
 
 /// The smallest denominator of a customary scale that is at least `least`.
 pub(crate) fn customary_scale(least: f64) -> f64 {
-    // Each mantissa and its reciprocal have few digits.
-    round_up(least, &[1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 6.25, 8.0, 10.0])
+    round_up(least, &[1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
 }
 
 /// The largest of 1, 2, 5 times a power of ten that is at most `most`.
