@@ -106,7 +106,7 @@ struct Part {
 
 impl Panel {
     /// World to page.
-    fn to_page(&self, world: DVec3) -> Point {
+    fn page_from_world(&self, world: DVec3) -> Point {
         let d = world - self.origin;
         let (x, y) = (self.right.dot(d), self.up.dot(d));
         let [a, b, c, d, e, f] = self.page;
@@ -114,7 +114,7 @@ impl Panel {
     }
 
     /// A page point in the world, relative to the section's origin.
-    fn from_page(&self, p: Point) -> DVec3 {
+    fn world_from_page(&self, p: Point) -> DVec3 {
         let [a, _, _, d, e, f] = self.page;
         self.right * ((p[0] - e) / a) + self.up * ((p[1] - f) / d)
     }
@@ -223,7 +223,7 @@ fn check_trace(panel: &Panel, optics: &Optics, part: &str, plane: Plane, what: &
     let (mu, mv) = (plane.dot(panel.right), plane.dot(panel.up));
     let length = libm::hypot(mu, mv);
     let off = |p: Point| {
-        let x = panel.from_page(p);
+        let x = panel.world_from_page(p);
         (plane.dot(x) + e) / length * panel.scale()
     };
     for [a, b] in &drawn[0].segments {
@@ -231,12 +231,12 @@ fn check_trace(panel: &Panel, optics: &Optics, part: &str, plane: Plane, what: &
             assert!(off(*p).abs() < 0.02, "{what}: {part} off by {} mm in {}", off(*p), panel.name);
         }
     }
-    if let Some(why) = &drawn[0].off_page {
-        if length > 0.0 {
-            let [l, t, r, b] = panel.frame;
-            let signs: Vec<bool> = [[l, t], [r, t], [r, b], [l, b]].iter().map(|&p| off(p) > 0.02).collect();
-            assert!(signs.iter().all(|&s| s == signs[0]), "{what}: {part} is on the page, said {why}");
-        }
+    if let Some(why) = &drawn[0].off_page
+        && length > 0.0
+    {
+        let [l, t, r, b] = panel.frame;
+        let signs: Vec<bool> = [[l, t], [r, t], [r, b], [l, b]].iter().map(|&p| off(p) > 0.02).collect();
+        assert!(signs.iter().all(|&s| s == signs[0]), "{what}: {part} is on the page, said {why}");
     }
 }
 
@@ -316,8 +316,8 @@ fn check_rays(panel: &Panel, optics: &Optics, what: &str) {
     for ray in panel.all("ray") {
         let [[film, lens], [again, end]] = ray.segments[..] else { panic!("{what}: a ray has two pieces") };
         assert_eq!(lens, again);
-        let x = pose.vector_inverse(panel.from_page(film));
-        let s = pose.vector_inverse(panel.from_page(lens));
+        let x = pose.vector_inverse(panel.world_from_page(film));
+        let s = pose.vector_inverse(panel.world_from_page(lens));
         // Page coordinates are rounded to 0.0005 mm: as lengths of the section.
         let fuzz = 0.001 / panel.scale();
         assert!(
@@ -353,7 +353,7 @@ fn check_film(panel: &Panel, optics: &Optics, what: &str) {
     let half = [0.5 * size.width.as_metres(), 0.5 * size.height.as_metres()];
     let mut ends = 0;
     for p in film.segments[0] {
-        let beside = pose.vector_inverse(panel.from_page(p)) - optics.film_center();
+        let beside = pose.vector_inverse(panel.world_from_page(p)) - optics.film_center();
         let (x, y) = (fx.dot(beside).abs(), fy.dot(beside).abs());
         let fuzz = 0.002 / panel.scale();
         assert!(x < half[0] + fuzz && y < half[1] + fuzz, "{what}: the film's end lies on the film");
@@ -546,7 +546,7 @@ fn the_subject_is_drawn_where_the_section_cuts_it() {
     let panels = panels(&figure.to_svg().unwrap());
     let main = panels.iter().find(|p| p.name == "main").unwrap();
     let subject = main.all("subject").first().unwrap();
-    let gable = main.to_page(DVec3::new(0.3, 5.0, -13.5));
+    let gable = main.page_from_world(DVec3::new(0.3, 5.0, -13.5));
     let nearest = subject
         .segments
         .iter()
@@ -595,7 +595,6 @@ fn the_same_figure_has_the_same_bytes_and_ids_of_its_own() {
     assert_eq!(draw(1), draw(1));
     let id = |svg: &str| svg.split("id=\"").nth(1).unwrap().split('"').next().unwrap().to_owned();
     assert_ne!(id(&draw(1)), id(&draw(2)));
-    // FNV-1a of the whole file: the same on every machine, changed only on purpose.
     let optics = Optics::new(&all[1].1).unwrap();
     let png = figure(&optics, Section::Auto).to_png(4.0).unwrap();
     assert_eq!(png, figure(&optics, Section::Auto).to_png(4.0).unwrap());

@@ -18,12 +18,13 @@ pub(crate) struct Label {
     pub(crate) anchors: Vec<Point>,
     pub(crate) toward: Point,
     pub(crate) area: Option<Vec<Point>>,
-    pub(crate) optional: bool,
+    /// Left out where every place costs more; see [`place`].
+    pub(crate) worth: f64,
 }
 
 impl Label {
     pub(crate) fn new(words: impl Into<String>, color: Color, anchors: Vec<Point>) -> Self {
-        Self { words: words.into(), color, anchors, toward: [0.0; 2], area: None, optional: false }
+        Self { words: words.into(), color, anchors, toward: [0.0; 2], area: None, worth: f64::INFINITY }
     }
 
     pub(crate) fn toward(self, toward: Point) -> Self {
@@ -31,7 +32,11 @@ impl Label {
     }
 
     pub(crate) fn optional(self) -> Self {
-        Self { optional: true, ..self }
+        Self { worth: place::OPTIONAL, ..self }
+    }
+
+    pub(crate) fn adjacent(self) -> Self {
+        Self { worth: place::ADJACENT, ..self }
     }
 
     pub(crate) fn within(self, area: Vec<Point>) -> Self {
@@ -107,7 +112,7 @@ impl<'a> Canvas<'a> {
                 anchors: label.anchors.clone(),
                 toward: label.toward,
                 area: label.area.clone(),
-                optional: label.optional,
+                worth: label.worth,
             });
         }
         let placed = place::place(&self.panel, &self.obstacles, &requests);

@@ -37,7 +37,7 @@ pub(crate) fn film_in_section(optics: &Optics, section: &SectionPlane) -> Option
     let (mut t0, mut t1) = (f64::NEG_INFINITY, f64::INFINITY);
     for (at, along, half) in [(x0, dx, half[0]), (y0, dy, half[1])] {
         if along.abs() <= 1e-12 {
-            if !(at.abs() <= half) {
+            if at.abs() > half || at.is_nan() {
                 return None;
             }
         } else {
@@ -126,7 +126,7 @@ fn scene_bounds(scene: &Scene, standards: Bounds, tall: f64) -> Bounds {
     let seen = subject.filter(|&s| s < 1e4 * f);
     let reach = match seen {
         Some(s) if focus.is_none_or(|t| t > most) => reach.max(s),
-        Some(s) => reach.max(s.min(2.0 * reach)),
+        Some(s) => reach.max(1.15 * s.min(1.5 * reach)),
         None => reach,
     };
     let mut bounds = standards;
@@ -157,7 +157,7 @@ fn scene_bounds(scene: &Scene, standards: Bounds, tall: f64) -> Bounds {
     // The subject where the figure reaches anyway.
     let high = 0.75 * reach;
     for p in scene.subject.iter().flatten() {
-        if p[0] > 0.0 && p[0] < 1.5 * reach && p[1].abs() < high {
+        if p[0] > 0.0 && p[0] < 1.25 * reach && p[1].abs() < high {
             grow(&mut bounds, *p);
         }
     }
@@ -181,7 +181,7 @@ fn seen_points(scene: &Scene, within: f64) -> Vec<[f64; 2]> {
     points
 }
 
-/// The middle distance of what the camera sees of the subject, metres along the axis.
+/// The distance beyond which three quarters lie of what the camera sees of the subject, metres along the axis.
 fn subject_distance(scene: &Scene) -> Option<f64> {
     let [p, q] = scene.film?;
     let a = scene.optics.axis();
@@ -197,7 +197,7 @@ fn subject_distance(scene: &Scene) -> Option<f64> {
         }
     }
     seen.sort_by(f64::total_cmp);
-    seen.get(seen.len() / 2).copied().filter(|&d| d > 0.0)
+    seen.get(seen.len() / 4).copied().filter(|&d| d > 0.0)
 }
 
 /// A panel in `frame` that shows `bounds` at the largest customary scale, `pad` millimetres inside the frame.

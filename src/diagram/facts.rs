@@ -1,6 +1,7 @@
 //! The figure's numbers in words. In: the scene. Out: caption lines and the description of the file.
 
-use super::parts::{Scene, whither};
+use super::lines::whither;
+use super::parts::Scene;
 use super::section::{Pierce, View};
 use super::words::{length, short};
 use crate::camera::Standard;

@@ -14,7 +14,8 @@
 //! | `axis-projected` | the lens axis seen square to a section that does not hold it |
 //! | `ray-bundle` | the area between the outermost rays of a bundle |
 //! | `bellows`, `lens-board` | the camera's body, a symbol without measure |
-//! | `arrow` | at a panel's border: the way to a line that lies off it |
+//! | `arrow` | at a panel's border: the way to a line or plane that lies off it |
+//! | `dimension` | the focal length, from lens to front focal plane |
 //! | `leader` | from labels to what they name |
 //! | `inset-mark` | which part of the main panel the inset enlarges |
 //! | `frame` | a panel's border |
@@ -24,15 +25,19 @@
 //! `data-off-page` says why a part's group is empty: `beyond` the panel's frame, `at-infinity`, `parallel` to the
 //! section, `not-cut` by it.
 
+mod bodies;
 mod canvas;
 mod display_list;
 mod extent;
 mod facts;
 mod lettering;
+mod lines;
 mod paint;
 mod panel;
 mod parts;
 mod place;
+mod planes;
+mod rays;
 mod section;
 mod side_view;
 mod subject;

@@ -41,8 +41,8 @@ pub(crate) struct Request {
     pub(crate) toward: Point,
     /// It names this convex area: it stands wholly in it, or outside with a leader.
     pub(crate) area: Option<Vec<Point>>,
-    /// Left out where there is no good place for it.
-    pub(crate) optional: bool,
+    /// Left out where every place costs more than this.
+    pub(crate) worth: f64,
 }
 
 /// A place for a label.
@@ -75,8 +75,10 @@ const LEADER_OVER_HEAVY: f64 = 25.0;
 const LEADER_OVER_LIGHT: f64 = 3.0;
 const LEADER_ALONG_LINE: f64 = 15.0;
 const BROKEN: f64 = 2.0;
-/// Optional labels dearer than this are left out.
-const NOT_WORTH: f64 = 24.0;
+/// What an optional label is worth: it is left out where every place costs more.
+pub(crate) const OPTIONAL: f64 = 24.0;
+/// What a label is worth that is clear only next to what it names.
+pub(crate) const ADJACENT: f64 = 5.0;
 
 /// Places all requests, in order; `None` for those left out.
 pub(crate) fn place(panel: &Panel, obstacles: &[Obstacle], requests: &[Request]) -> Vec<Option<Placed>> {
@@ -98,7 +100,7 @@ struct Scene<'a> {
 impl Scene<'_> {
     fn best(&self, request: &Request) -> Option<Placed> {
         for allow in [Weight::Soft, Weight::Light] {
-            if request.optional && allow == Weight::Light {
+            if request.worth.is_finite() && allow == Weight::Light {
                 continue;
             }
             let mut best: Option<(f64, Placed)> = None;
@@ -110,7 +112,7 @@ impl Scene<'_> {
                 }
             }
             // A place far from any anchor is better than one on a line.
-            if best.is_none() && !request.optional {
+            if best.is_none() && request.worth.is_infinite() {
                 for center in grid(self.panel) {
                     for variant in 0..request.sizes.len() {
                         for (rank, &anchor) in request.anchors.iter().enumerate() {
@@ -120,7 +122,7 @@ impl Scene<'_> {
                 }
             }
             if let Some((cost, place)) = best {
-                return (!request.optional || cost < NOT_WORTH).then_some(place);
+                return (cost < request.worth).then_some(place);
             }
         }
         None
@@ -260,7 +262,7 @@ fn around(anchor: Point, request: &Request, variant: usize) -> Vec<Point> {
     let sine = |i: usize| match (i / 4) % 4 {
         0 => SIN[i % 4],
         1 => {
-            if i % 4 == 0 {
+            if i.is_multiple_of(4) {
                 1.0
             } else {
                 SIN[4 - i % 4]
@@ -268,7 +270,7 @@ fn around(anchor: Point, request: &Request, variant: usize) -> Vec<Point> {
         }
         2 => -SIN[i % 4],
         _ => {
-            if i % 4 == 0 {
+            if i.is_multiple_of(4) {
                 -1.0
             } else {
                 -SIN[4 - i % 4]

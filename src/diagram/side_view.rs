@@ -10,6 +10,7 @@ use super::lettering;
 use super::panel::Panel;
 use super::parts::{self, Role, Scene};
 use super::place::Weight;
+use super::rays;
 use super::section::{Section, SectionPlane, View};
 use super::subject;
 use super::theme::{self, Theme};
@@ -184,7 +185,7 @@ impl<'a> SideView<'a> {
         }
         if with_inset {
             let layout = self.layout(&extent, top, &facts)?;
-            scene.bundles = parts::bundles(&scene, &layout.main);
+            scene.bundles = rays::bundles(&scene, &layout.main);
             let (mark, connectors) = inset_mark(&layout.main, &layout.inset, &self.theme);
             let lines = Item::Group(Group::of("inset-mark", connectors.clone().map(Item::Shape).to_vec()));
             items.push(lines);
@@ -200,7 +201,7 @@ impl<'a> SideView<'a> {
             self.strip(&mut items, &layout.main, view_name(scene.section.view), layout.stacked)?;
             self.block(&mut items, &layout.lines, layout.block)?;
         } else {
-            scene.bundles = parts::bundles(&scene, &alone);
+            scene.bundles = rays::bundles(&scene, &alone);
             items.push(Item::Group(self.panel(&scene, alone, Role::Whole, "main", None)?));
             self.strip(&mut items, &alone, view_name(scene.section.view), false)?;
             self.block(&mut items, &wide_lines, [MARGIN, height - MARGIN - foot + 1.0])?;
