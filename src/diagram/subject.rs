@@ -15,7 +15,7 @@ const STRAIGHT: f64 = 0.06;
 /// Chains smaller than this (mm) are dropped.
 const SMALL: f64 = 0.2;
 /// Most points of a subject in one panel; the longest chains stay.
-const MOST: usize = 1200;
+const MOST: usize = 600;
 
 /// The segments in which the section cuts the triangles, in section metres.
 pub(crate) fn cut(triangles: &[[DVec3; 3]], world: &Pose, section: &SectionPlane) -> Vec<[[f64; 2]; 2]> {
