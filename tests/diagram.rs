@@ -625,14 +625,14 @@ fn what_cannot_be_drawn_is_an_error() {
 #[test]
 fn extreme_cameras_are_drawn_or_refused_without_panic() {
     let level = [0.0, 0.0];
-    for f in [1e-6, 1e-3, 1.0, 1e5, 1e12] {
-        for stretch in [1e-6, 0.5, 1.0, 1.000_000_001, 3.0, 1e9] {
+    for f in [1e-6, 1.0, 1e5, 1e12] {
+        for stretch in [1e-6, 1.0, 1.000_000_001, 1e9] {
             for (front, rear) in [(level, level), ([89.9, 0.0], level), ([0.0, -60.0], [45.0, 45.0])] {
-                for number in [1e-6, 1.0, 1e6] {
+                for number in [1e-3, 1e3] {
                     let Ok(optics) = Optics::new(&camera(f, number, front, rear, f * stretch, "4x5")) else {
                         continue;
                     };
-                    for section in [Section::Auto, Section::Side, Section::Top] {
+                    for section in [Section::Auto, Section::Top] {
                         if let Ok(figure) = SideView::new(&optics).section(section).figure() {
                             figure.to_svg().unwrap();
                         }
