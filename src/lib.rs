@@ -1,6 +1,7 @@
 //! groundglass: one exact model of a view camera.
 
 pub mod camera;
+pub mod diagram;
 pub mod error;
 pub mod geometry;
 pub mod optics;

@@ -1,0 +1,117 @@
+//! The figure's numbers in words. In: the scene. Out: caption lines and the description of the file.
+
+use super::lines::whither;
+use super::parts::Scene;
+use super::section::{Pierce, View};
+use super::words::{length, short};
+use crate::camera::Standard;
+use crate::geometry::{Line, Plane};
+use glam::DVec3;
+
+/// Short facts for the caption; variables between asterisks.
+pub(crate) fn lines(scene: &Scene, circle: f64) -> Vec<String> {
+    let optics = scene.optics;
+    let camera = optics.camera();
+    let f = length(optics.focal_length());
+    let mut facts = Vec::new();
+    let radius = optics.aperture_radius();
+    facts.push(if radius > 0.0 {
+        format!("*f* = {f}, *f*/{}, *c* = {}", short(optics.focal_length() / (2.0 * radius)), length(circle))
+    } else {
+        format!("*f* = {f}, pinhole")
+    });
+    for (name, standard) in [("front", &camera.front), ("rear", &camera.rear)] {
+        if let Some(movements) = movements(standard) {
+            facts.push(format!("{name}: {movements}"));
+        }
+    }
+    facts.push(focus(scene));
+    if let Some(depth) = depth(scene) {
+        facts.push(depth);
+    }
+    facts.extend(rules(scene));
+    facts
+}
+
+/// The description of the file: whole sentences, no markup.
+pub(crate) fn describe(scene: &Scene, circle: f64) -> String {
+    let view = match scene.section.view {
+        View::Side => "Side view",
+        View::Top => "Top view",
+        View::Oblique => "Oblique section",
+    };
+    let mut text =
+        format!("{view} of a view camera through the centre of its lens, the subject to the right.");
+    for fact in lines(scene, circle) {
+        text.push(' ');
+        let plain = fact.replace('*', "");
+        text.push_str(&plain);
+        text.push(';');
+    }
+    text.pop();
+    text.push('.');
+    text
+}
+
+fn movements(standard: &Standard) -> Option<String> {
+    let mut parts = Vec::new();
+    for (name, angle) in [("tilt", standard.tilt), ("swing", standard.swing)] {
+        if angle.as_degrees() != 0.0 {
+            parts.push(format!("{name} {}°", short(angle.as_degrees())));
+        }
+    }
+    for (name, way) in [("rise", standard.rise), ("shift", standard.shift)] {
+        if way.as_metres() != 0.0 {
+            parts.push(format!("{name} {} mm", short(way.as_millimetres())));
+        }
+    }
+    (!parts.is_empty()).then(|| parts.join(", "))
+}
+
+/// Where the axis meets a plane, metres ahead; `None` when it does not.
+fn on_axis(scene: &Scene, plane: Plane) -> Option<f64> {
+    let a = scene.optics.axis();
+    let at = plane.meet_ray(DVec3::ZERO, a);
+    let t = a.dot(at.xyz) / at.w;
+    (t.is_finite() && t.abs() < 1e9 * scene.optics.focal_length()).then_some(t)
+}
+
+fn focus(scene: &Scene) -> String {
+    match on_axis(scene, scene.optics.focus_plane()) {
+        Some(t) if t > 0.0 => format!("focused at {} on the axis", length(t)),
+        Some(_) => "focus plane does not cross the axis ahead".to_owned(),
+        None if scene.optics.hinge_line().is_at_infinity() => "focused at infinity".to_owned(),
+        None => "focus plane parallel to the axis".to_owned(),
+    }
+}
+
+fn depth(scene: &Scene) -> Option<String> {
+    let depth = scene.depth?;
+    let near = on_axis(scene, depth.near).filter(|&t| t > 0.0)?;
+    Some(match on_axis(scene, depth.far).filter(|&t| t > 0.0) {
+        Some(far) if far > near => format!("sharp from {} to {}", length(near), length(far)),
+        _ => format!("sharp from {} to infinity", length(near)),
+    })
+}
+
+fn rules(scene: &Scene) -> Vec<String> {
+    let optics = scene.optics;
+    let lines = [("Scheimpflug line", optics.scheimpflug_line()), ("hinge line", optics.hinge_line())];
+    if lines.iter().all(|(_, line)| line.is_at_infinity()) {
+        return vec!["Scheimpflug line and hinge line at infinity".to_owned()];
+    }
+    lines
+        .iter()
+        .map(|(name, line)| format!("{name} {}", where_is(scene, *line, *name == "hinge line")))
+        .collect()
+}
+
+fn where_is(scene: &Scene, line: Line, hinge: bool) -> String {
+    let distance = length(line.distance_from_origin());
+    let distance = if hinge { format!("*J* = {distance}") } else { distance };
+    match scene.section.pierce(line) {
+        Pierce::AtInfinity => "at infinity".to_owned(),
+        Pierce::At(p) => format!("{distance} {}", whither(&scene.section, p)),
+        Pierce::Parallel | Pierce::Within(..) => format!("{distance} away, parallel to this section"),
+    }
+}

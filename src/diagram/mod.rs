@@ -1,0 +1,137 @@
+//! Diagrams: from one camera's [`Optics`] to a drawing in SVG or pixels.
+//!
+//! ```text
+//! Optics --section--> traces and points in section metres --panel--> page millimetres
+//!        --canvas, place--> DisplayList (all decisions taken) --paint--> SVG | pixels
+//! ```
+//!
+//! Every drawn part is a group with `data-part`. Besides the contract's names (`lens`, `film`, `axis`, `focus-plane`,
+//! `lens-plane`, `film-plane`, `scheimpflug-line`, `hinge-line`, `front-focal-plane`, `film-parallel`, `near-plane`,
+//! `far-plane`, `wedge`, `ray`, `subject`, `label`) there are:
+//!
+//! | name | what it is |
+//! |---|---|
+//! | `axis-projected` | the lens axis seen square to a section that does not hold it |
+//! | `ray-bundle` | the area between the outermost rays of a bundle |
+//! | `bellows`, `lens-board` | the camera's body, a symbol without measure |
+//! | `arrow` | at a panel's border: the way to a line or plane that lies off it |
+//! | `dimension` | the focal length, from lens to front focal plane |
+//! | `leader` | from labels to what they name |
+//! | `inset-mark` | which part of the main panel the inset enlarges |
+//! | `frame` | a panel's border |
+//! | `scale`, `scale-bar` | a panel's scale in words and drawn |
+//! | `title`, `caption`, `paper` | words about the figure, its ground |
+//!
+//! `data-off-page` says why a part's group is empty: `beyond` the panel's frame, `at-infinity`, `parallel` to the
+//! section, `not-cut` by it.
+
+mod bodies;
+mod canvas;
+mod display_list;
+mod extent;
+mod facts;
+mod lettering;
+mod lines;
+mod paint;
+mod panel;
+mod parts;
+mod place;
+mod planes;
+mod rays;
+mod section;
+mod side_view;
+mod subject;
+mod theme;
+mod words;
+
+pub use display_list::{
+    Color, DisplayList, Face, Fill, Geometry, Group, Item, PanelFrame, Point, Run, Segment, Shape, Stroke,
+    Text,
+};
+pub use paint::svg::TextAs;
+pub use section::Section;
+pub use side_view::{Inset, SideView};
+pub use theme::{Hue, Theme};
+
+use crate::error::{Error, Result};
+use crate::optics::Optics;
+
+/// A finished drawing: a display list and the ways to paint it.
+///
+/// # Guarantees
+/// Every coordinate is finite, every character has a glyph, and the same figure gives the same bytes everywhere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    list: DisplayList,
+}
+
+impl Figure {
+    /// Begins a side view of a camera; see [`SideView`] for what can be set.
+    pub fn side_view(optics: &Optics) -> SideView<'_> {
+        SideView::new(optics)
+    }
+
+    fn new(list: DisplayList) -> Result<Self> {
+        if list.items.iter().all(finite) {
+            Ok(Self { list })
+        } else {
+            Err(Error::invalid("the camera's numbers are too extreme to be drawn")
+                .remedy("check the lengths and angles of the camera"))
+        }
+    }
+
+    /// What is drawn.
+    pub fn display_list(&self) -> &DisplayList {
+        &self.list
+    }
+
+    /// The figure as SVG with its lettering as outlines; one user unit is a millimetre.
+    ///
+    /// # Errors
+    /// When the lettering cannot be drawn.
+    pub fn to_svg(&self) -> Result<String> {
+        self.to_svg_with(TextAs::Paths)
+    }
+
+    /// The figure as SVG.
+    ///
+    /// # Errors
+    /// When the lettering cannot be drawn.
+    pub fn to_svg_with(&self, text_as: TextAs) -> Result<String> {
+        paint::svg::paint(&self.list, text_as)
+    }
+
+    /// The figure as an 8-bit PNG with this many pixels a millimetre.
+    ///
+    /// # Errors
+    /// When the page would have less than one or more than 64 million pixels.
+    pub fn to_png(&self, pixels_per_mm: f64) -> Result<Vec<u8>> {
+        paint::pixels::png(&self.list, pixels_per_mm)
+    }
+
+    /// Width, height and straight 8-bit RGBA pixels, row by row, with this many pixels a millimetre.
+    ///
+    /// # Errors
+    /// As [`Self::to_png`].
+    pub fn to_pixels(&self, pixels_per_mm: f64) -> Result<(u32, u32, Vec<u8>)> {
+        paint::pixels::paint(&self.list, pixels_per_mm)
+    }
+}
+
+fn finite(item: &Item) -> bool {
+    let point = |p: &Point| p[0].abs() < 1e6 && p[1].abs() < 1e6;
+    match item {
+        Item::Group(group) => group.items.iter().all(finite),
+        Item::Text(text) => point(&text.at),
+        Item::Shape(shape) => match &shape.geometry {
+            Geometry::Line(a, b) => point(a) && point(b),
+            Geometry::Circle { center, radius } => point(center) && radius.is_finite(),
+            Geometry::Path(segments) => segments.iter().all(|s| match s {
+                Segment::Move(p) | Segment::Line(p) => point(p),
+                Segment::Quad(c, p) => point(c) && point(p),
+                Segment::Cubic(c, d, p) => point(c) && point(d) && point(p),
+                Segment::Close => true,
+            }),
+        },
+    }
+}

@@ -1,0 +1,4 @@
+//! Painters: from a display list to a file format, nothing else decided.
+
+pub(crate) mod pixels;
+pub(crate) mod svg;

@@ -1,0 +1,296 @@
+//! In: a display list. Out: SVG 1.1, one user unit a millimetre, no style sheet, no blank line, no `transform`.
+//!
+//! Letters are outlines, each defined once for its size and used wherever it stands, or `<text>` for files that
+//! shall stay searchable. Ids begin with a hash of the content, so that several figures can share a document.
+
+use crate::diagram::display_list::{
+    Color, DisplayList, Face, Fill, Geometry, Group, Item, Point, Segment, Shape, Stroke, Text,
+};
+use crate::diagram::lettering;
+use crate::diagram::words::{coordinate as mm, exact};
+use crate::error::Result;
+use std::collections::BTreeMap;
+use svg::Node;
+use svg::node::element::Element;
+
+/// How an SVG carries its lettering.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TextAs {
+    /// Outlines: looks the same everywhere, needs no font.
+    #[default]
+    Paths,
+    /// `<text>`: can be searched and edited, drawn with whatever font the reader has.
+    Text,
+}
+
+pub(crate) fn paint(list: &DisplayList, text_as: TextAs) -> Result<String> {
+    let draft = document(list, text_as, "")?;
+    let prefix = format!("gg{:08x}-", fnv(draft.as_bytes()) as u32);
+    Ok(document(list, text_as, &prefix)? + "\n")
+}
+
+/// FNV-1a, folded to its low half: only to keep ids of different figures apart.
+fn fnv(bytes: &[u8]) -> u64 {
+    let hash = bytes
+        .iter()
+        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, &b| (hash ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+    hash ^ (hash >> 32)
+}
+
+fn document(list: &DisplayList, text_as: TextAs, prefix: &str) -> Result<String> {
+    let mut painter =
+        Painter { text_as, prefix, glyphs: BTreeMap::new(), definitions: Vec::new(), fades: Vec::new() };
+    let mut body = Vec::new();
+    if let Some(color) = list.background {
+        body.push(with(
+            "rect",
+            &[
+                ("width", mm(list.page[0])),
+                ("height", mm(list.page[1])),
+                ("fill", hex(color)),
+                ("data-part", "paper".to_owned()),
+            ],
+        ));
+    }
+    painter.items(&list.items, &mut body)?;
+    let mut root = with(
+        "svg",
+        &[
+            ("xmlns", "http://www.w3.org/2000/svg".to_owned()),
+            ("width", format!("{}mm", mm(list.page[0]))),
+            ("height", format!("{}mm", mm(list.page[1]))),
+            ("viewBox", format!("0 0 {} {}", mm(list.page[0]), mm(list.page[1]))),
+            ("role", "img".to_owned()),
+            ("aria-labelledby", format!("{prefix}title {prefix}desc")),
+        ],
+    );
+    for (name, words) in [("title", &list.title), ("desc", &list.description)] {
+        let mut element = with(name, &[("id", format!("{prefix}{name}"))]);
+        element.append(svg::node::Text::new(words.as_str()));
+        root.append(element);
+    }
+    if !painter.definitions.is_empty() {
+        let mut definitions = Element::new("defs");
+        for definition in painter.definitions {
+            definitions.append(definition);
+        }
+        root.append(definitions);
+    }
+    for element in body {
+        root.append(element);
+    }
+    Ok(root.to_string())
+}
+
+struct Painter<'a> {
+    text_as: TextAs,
+    prefix: &'a str,
+    glyphs: BTreeMap<(Face, char, u64), Option<String>>,
+    definitions: Vec<Element>,
+    fades: Vec<Fill>,
+}
+
+impl Painter<'_> {
+    fn items(&mut self, items: &[Item], into: &mut Vec<Element>) -> Result<()> {
+        for item in items {
+            let element = match item {
+                Item::Group(group) => self.group(group)?,
+                Item::Shape(shape) => self.shape(shape),
+                Item::Text(text) => self.text(text)?,
+            };
+            into.push(element);
+        }
+        Ok(())
+    }
+
+    fn group(&mut self, group: &Group) -> Result<Element> {
+        let mut element = Element::new("g");
+        if let Some(part) = group.part {
+            element.assign("data-part", part);
+        }
+        if let Some(panel) = &group.panel {
+            element.assign("data-panel", panel.name);
+            element.assign("data-section", list_of(&panel.section));
+            element.assign("data-page-from-section", list_of(&panel.page_from_section));
+        }
+        if let Some(why) = group.off_page {
+            element.assign("data-off-page", why);
+        }
+        let mut children = Vec::new();
+        self.items(&group.items, &mut children)?;
+        for child in children {
+            element.append(child);
+        }
+        Ok(element)
+    }
+
+    fn shape(&mut self, shape: &Shape) -> Element {
+        let mut element = match &shape.geometry {
+            Geometry::Line(a, b) => {
+                with("line", &[("x1", mm(a[0])), ("y1", mm(a[1])), ("x2", mm(b[0])), ("y2", mm(b[1]))])
+            }
+            Geometry::Path(segments) => with("path", &[("d", path_data(segments))]),
+            Geometry::Circle { center, radius } => {
+                with("circle", &[("cx", mm(center[0])), ("cy", mm(center[1])), ("r", mm(*radius))])
+            }
+        };
+        match &shape.fill {
+            None if matches!(shape.geometry, Geometry::Line(..)) => {}
+            None => element.assign("fill", "none"),
+            Some(Fill::Flat { color, opacity }) => {
+                element.assign("fill", hex(*color));
+                if *opacity < 1.0 {
+                    element.assign("fill-opacity", mm(*opacity));
+                }
+            }
+            Some(fade) => element.assign("fill", format!("url(#{})", self.fade(fade))),
+        }
+        if let Some(stroke) = &shape.stroke {
+            assign_stroke(&mut element, stroke);
+        }
+        element
+    }
+
+    fn fade(&mut self, fade: &Fill) -> String {
+        let known = self.fades.iter().position(|f| f == fade);
+        let id = format!("{}fade{}", self.prefix, known.unwrap_or(self.fades.len()));
+        if known.is_none() {
+            self.fades.push(*fade);
+            if let Fill::Fade { color, from, to, from_opacity, to_opacity } = fade {
+                let mut gradient = with(
+                    "linearGradient",
+                    &[
+                        ("id", id.clone()),
+                        ("gradientUnits", "userSpaceOnUse".to_owned()),
+                        ("x1", mm(from[0])),
+                        ("y1", mm(from[1])),
+                        ("x2", mm(to[0])),
+                        ("y2", mm(to[1])),
+                    ],
+                );
+                for (offset, opacity) in [("0", from_opacity), ("1", to_opacity)] {
+                    gradient.append(with(
+                        "stop",
+                        &[
+                            ("offset", offset.to_owned()),
+                            ("stop-color", hex(*color)),
+                            ("stop-opacity", mm(*opacity)),
+                        ],
+                    ));
+                }
+                self.definitions.push(gradient);
+            }
+        }
+        id
+    }
+
+    fn text(&mut self, text: &Text) -> Result<Element> {
+        if self.text_as == TextAs::Text {
+            return Ok(plain_text(text));
+        }
+        let mut group = with("g", &[("aria-label", text.plain()), ("fill", hex(text.color))]);
+        for (face, character, at) in lettering::place(text)? {
+            if let Some(id) = self.glyph(face, character, text.size)? {
+                group.append(with("use", &[("href", format!("#{id}")), ("x", mm(at[0])), ("y", mm(at[1]))]));
+            }
+        }
+        Ok(group)
+    }
+
+    /// The id of a letter's outline; `None` for a blank.
+    fn glyph(&mut self, face: Face, character: char, size: f64) -> Result<Option<String>> {
+        let key = (face, character, size.to_bits());
+        if let Some(id) = self.glyphs.get(&key) {
+            return Ok(id.clone());
+        }
+        let outline = lettering::outline(face, character, size)?;
+        let id = (!outline.is_empty()).then(|| format!("{}{}", self.prefix, self.glyphs.len()));
+        if let Some(id) = &id {
+            self.definitions.push(with("path", &[("id", id.clone()), ("d", path_data(&outline))]));
+        }
+        self.glyphs.insert(key, id.clone());
+        Ok(id)
+    }
+}
+
+fn plain_text(text: &Text) -> Element {
+    let mut element = with(
+        "text",
+        &[
+            ("x", mm(text.at[0])),
+            ("y", mm(text.at[1])),
+            ("font-family", "DejaVu Sans, Verdana, sans-serif".to_owned()),
+            ("font-size", mm(text.size)),
+            ("fill", hex(text.color)),
+            ("xml:space", "preserve".to_owned()),
+        ],
+    );
+    // One line: white space between the pieces would be drawn.
+    for run in &text.runs {
+        let words = svg::node::Text::new(run.text.as_str());
+        match run.face {
+            Face::Regular => element.append(words),
+            Face::Oblique => {
+                let mut span = with("tspan", &[("font-style", "italic".to_owned())]);
+                span.append(words);
+                element.append(svg::node::Blob::new(span.to_string()));
+            }
+        }
+    }
+    element
+}
+
+fn with(name: &str, attributes: &[(&str, String)]) -> Element {
+    let mut element = Element::new(name);
+    for (key, value) in attributes {
+        element.assign(*key, value.as_str());
+    }
+    element
+}
+
+fn assign_stroke(element: &mut Element, stroke: &Stroke) {
+    element.assign("stroke", hex(stroke.color));
+    element.assign("stroke-width", mm(stroke.width));
+    if stroke.opacity < 1.0 {
+        element.assign("stroke-opacity", mm(stroke.opacity));
+    }
+    if !stroke.dash.is_empty() {
+        let dash: Vec<String> = stroke.dash.iter().map(|&x| mm(x)).collect();
+        element.assign("stroke-dasharray", dash.join(" "));
+    }
+    if stroke.round {
+        element.assign("stroke-linejoin", "round");
+    }
+}
+
+fn hex(c: Color) -> String {
+    format!("#{:02x}{:02x}{:02x}", c.r, c.g, c.b)
+}
+
+fn list_of(values: &[f64]) -> String {
+    let texts: Vec<String> = values.iter().map(|&x| exact(x)).collect();
+    texts.join(" ")
+}
+
+fn path_data(segments: &[Segment]) -> String {
+    let mut d = String::new();
+    let mut put = |command: char, points: &[Point]| {
+        d.push(command);
+        for (i, p) in points.iter().enumerate() {
+            if i > 0 {
+                d.push(' ');
+            }
+            d.push_str(&format!("{} {}", mm(p[0]), mm(p[1])));
+        }
+    };
+    for segment in segments {
+        match *segment {
+            Segment::Move(p) => put('M', &[p]),
+            Segment::Line(p) => put('L', &[p]),
+            Segment::Quad(c, p) => put('Q', &[c, p]),
+            Segment::Cubic(c, e, p) => put('C', &[c, e, p]),
+            Segment::Close => put('Z', &[]),
+        }
+    }
+    d
+}

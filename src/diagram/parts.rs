@@ -1,0 +1,171 @@
+//! The parts of a camera's section and their order. In: the optics in section metres. Out: groups on a [`Canvas`], each
+//! with its obstacles and labels.
+
+use super::bodies::{bellows, camera, draw_subject};
+use super::canvas::{Canvas, Label};
+use super::display_list::Point;
+use super::lines::{dimension_f, distance_j, focus_arrow, line_point};
+use super::place::Weight;
+use super::planes::{Style, along, axis, camera_span, trace, wedge};
+use super::rays::{pencil, rays};
+use super::section::{Pierce, SectionPlane};
+use super::theme::{self, Hue, Theme, broken, solid};
+use crate::optics::{DepthOfField, Optics};
+use glam::DVec3;
+
+/// What all panels of a figure draw from.
+pub(crate) struct Scene<'a> {
+    pub(crate) optics: &'a Optics,
+    pub(crate) section: SectionPlane,
+    pub(crate) theme: &'a Theme,
+    pub(crate) depth: Option<DepthOfField>,
+    /// The ends of the film in the section (lens space), when the section cuts the film.
+    pub(crate) film: Option<[DVec3; 2]>,
+    /// Along the lens in the section, unit.
+    pub(crate) lens: DVec3,
+    /// Where the section cuts the subject, section metres.
+    pub(crate) subject: Vec<[[f64; 2]; 2]>,
+    /// Film points (lens space) that bundles of rays come to.
+    pub(crate) bundles: Vec<DVec3>,
+}
+
+/// What a panel is for: decides which labels it carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// The only panel.
+    Whole,
+    /// The scene, the camera small in it.
+    Main,
+    /// The camera alone.
+    Inset,
+}
+
+impl Role {
+    pub(crate) fn names_camera(self) -> bool {
+        self != Self::Main
+    }
+
+    pub(crate) fn names_scene(self) -> bool {
+        self != Self::Inset
+    }
+}
+
+/// Draws everything of the section into one panel.
+pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
+    let optics = scene.optics;
+    let theme = scene.theme;
+    wedge(scene, canvas, role);
+    let subject = draw_subject(scene, canvas);
+    bellows(scene, canvas);
+    for &point in &scene.bundles {
+        pencil(scene, canvas, point);
+    }
+    let hinge = scene.section.pierce(optics.hinge_line());
+    let scheimpflug = scene.section.pierce(optics.scheimpflug_line());
+    let toward_hinge = camera_span(scene, canvas, hinge);
+    let toward_scheimpflug = camera_span(scene, canvas, scheimpflug);
+    let thin = |hue: Hue| Style::plain(solid(hue.line, theme::THIN));
+    let dashed = |hue: Hue| Style::plain(broken(hue.line, theme::THIN, theme::DASHED));
+    let lens_plane =
+        trace(scene, canvas, "lens-plane", optics.lens_plane(), thin(theme.lens), Some(&toward_scheimpflug));
+    let film_plane =
+        trace(scene, canvas, "film-plane", optics.film_plane(), thin(theme.film), Some(&toward_scheimpflug));
+    let parallel = trace(
+        scene,
+        canvas,
+        "film-parallel",
+        optics.film_parallel_plane(),
+        dashed(theme.hinge),
+        Some(&toward_hinge),
+    );
+    let focal = trace(
+        scene,
+        canvas,
+        "front-focal-plane",
+        optics.front_focal_plane(),
+        dashed(theme.hinge),
+        Some(&toward_hinge),
+    );
+    axis(scene, canvas, role);
+    let mut limits = Vec::new();
+    for (part, plane) in
+        [("near-plane", scene.depth.map(|d| d.near)), ("far-plane", scene.depth.map(|d| d.far))]
+    {
+        let Some(plane) = plane else { continue };
+        let style = Style {
+            front: solid(theme.depth.line, theme::MEDIUM),
+            split: Some(scene.section.trace(optics.front_focal_plane())),
+            behind_at_most: 5.0,
+            weight: Weight::Light,
+        };
+        limits.push((part, trace(scene, canvas, part, plane, style, None)));
+    }
+    let focus_style = Style {
+        front: solid(theme.focus.line, 0.6),
+        split: Some(scene.section.trace(optics.lens_plane())),
+        behind_at_most: f64::INFINITY,
+        weight: Weight::Heavy,
+    };
+    let focus = trace(scene, canvas, "focus-plane", optics.focus_plane(), focus_style, None);
+    for &point in &scene.bundles {
+        rays(scene, canvas, point);
+    }
+    camera(scene, canvas, role);
+    // Arrows and points first: they have the least freedom.
+    line_point(
+        scene,
+        canvas,
+        role,
+        "scheimpflug-line",
+        "Scheimpflug|line",
+        optics.scheimpflug_line(),
+        theme.lens,
+    );
+    line_point(scene, canvas, role, "hinge-line", "hinge line", optics.hinge_line(), theme.hinge);
+    if role.names_scene() {
+        match focus {
+            Some((a, b)) => canvas.label(Label::new("focus plane", theme.focus.word, along(a, b))),
+            None => focus_arrow(scene, canvas, role),
+        }
+        for (part, ends) in limits {
+            if let Some((a, b)) = ends {
+                let words = if part == "near-plane" { "near plane" } else { "far plane" };
+                canvas.label(Label::new(words, theme.depth.word, along(a, b)));
+            }
+        }
+    }
+    if let Some(tops) = subject
+        && role.names_scene()
+    {
+        canvas.label(Label::new("subject", theme.subject.word, tops).toward([0.0, -1.0]).optional());
+    }
+    if let Pierce::At(p) = hinge
+        && role.names_scene()
+    {
+        distance_j(canvas, p);
+    }
+    if role.names_camera() {
+        dimension_f(scene, canvas);
+        let name = |canvas: &mut Canvas, ends: Option<(Point, Point)>, words: &str, hue: Hue, at: f64| {
+            if let Some((a, b)) = ends {
+                let anchors =
+                    [at, 0.15 + 0.7 * at, 1.0 - at, 0.85 - 0.7 * at, 0.3 + 0.4 * at, 0.7 - 0.4 * at, 0.5]
+                        .map(|t| [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t]);
+                canvas.label(Label::new(words, hue.word, anchors.to_vec()));
+            }
+        };
+        name(canvas, lens_plane, "lens|plane", theme.lens, 0.95);
+        name(canvas, film_plane, "film|plane", theme.film, 0.95);
+        let tilted = optics.axis().cross(optics.film_normal()).length() > 1e-3;
+        if tilted {
+            name(canvas, parallel, "film-parallel|plane", theme.hinge, 0.05);
+        }
+        name(canvas, focal, "front focal|plane", theme.hinge, 0.05);
+    }
+}
+
+/// The larger of film and lens in the section, metres.
+pub(crate) fn camera_height(scene: &Scene) -> f64 {
+    let film = scene.film.map_or(0.0, |[p, q]| (q - p).length());
+    film.max(2.0 * scene.optics.aperture_radius()).max(0.2 * scene.optics.focal_length())
+}

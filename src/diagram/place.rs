@@ -1,0 +1,327 @@
+//! Where labels go. In: what is drawn in a panel and what each label names. Out: a box for each label, with a
+//! leader where it stands off, so that no label touches another label, a line of weight or the frame.
+//!
+//! For each label, in the order given, every anchor is tried in sixteen directions and some distances; the
+//! cheapest free place is taken. What finds none is looked for on a grid over the whole panel. A second round
+//! lets labels cross thin lines (they stand on a plate then); heavy lines, labels and leaders are never crossed.
+
+use super::display_list::Point;
+use super::panel::Panel;
+use super::subject::distance_to_segment;
+
+/// How strongly a drawn line repels labels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Weight {
+    /// Subject, fills: better avoided.
+    Soft,
+    /// Thin lines: crossed only in need.
+    Light,
+    /// Never touched.
+    Heavy,
+}
+
+/// A drawn piece that labels keep clear of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Obstacle {
+    pub(crate) a: Point,
+    pub(crate) b: Point,
+    /// Half the width it takes, millimetres.
+    pub(crate) half: f64,
+    pub(crate) weight: Weight,
+}
+
+/// A label to be placed.
+#[derive(Clone, Debug)]
+pub(crate) struct Request {
+    /// Width and height of its box, for each way to break its lines, the best first.
+    pub(crate) sizes: Vec<[f64; 2]>,
+    /// Points of the thing it names, the best first.
+    pub(crate) anchors: Vec<Point>,
+    /// Page direction in which it would best stand off, or zero.
+    pub(crate) toward: Point,
+    /// It names this convex area: it stands wholly in it, or outside with a leader.
+    pub(crate) area: Option<Vec<Point>>,
+    /// Left out where every place costs more than this.
+    pub(crate) worth: f64,
+}
+
+/// A place for a label.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Placed {
+    /// Left, top, right, bottom.
+    pub(crate) bounds: [f64; 4],
+    /// From the thing to the label.
+    pub(crate) leader: Option<(Point, Point)>,
+    /// Thin lines run behind it.
+    pub(crate) plate: bool,
+    /// Which of the request's sizes.
+    pub(crate) variant: usize,
+}
+
+/// Free room around a label (mm).
+const CLEAR: f64 = 0.45;
+/// Free room between labels, beside and above one another: two on a line shall not read as one.
+const BETWEEN: [f64; 2] = [2.0, 0.6];
+/// Free room toward the frame.
+const EDGE: f64 = 0.9;
+/// Labels that stand off more than this have a leader.
+const LEADER: f64 = 1.9;
+const GAPS: [f64; 9] = [0.7, 1.2, 2.4, 4.0, 6.0, 9.0, 13.0, 18.0, 25.0];
+/// Costs (mm of distance they are worth).
+const THIN_LINE: f64 = 6.0;
+const SOFT_LINE: f64 = 1.5;
+const WITH_LEADER: f64 = 2.5;
+const LEADER_OVER_HEAVY: f64 = 25.0;
+const LEADER_OVER_LIGHT: f64 = 3.0;
+const LEADER_ALONG_LINE: f64 = 15.0;
+const BROKEN: f64 = 2.0;
+/// What an optional label is worth: it is left out where every place costs more.
+pub(crate) const OPTIONAL: f64 = 24.0;
+/// What a label is worth that is clear only next to what it names.
+pub(crate) const ADJACENT: f64 = 5.0;
+
+/// Places all requests, in order; `None` for those left out.
+pub(crate) fn place(panel: &Panel, obstacles: &[Obstacle], requests: &[Request]) -> Vec<Option<Placed>> {
+    let mut placed: Vec<Option<Placed>> = Vec::with_capacity(requests.len());
+    for request in requests {
+        let taken: Vec<Placed> = placed.iter().flatten().copied().collect();
+        let scene = Scene { panel, obstacles, taken: &taken };
+        placed.push(scene.best(request));
+    }
+    placed
+}
+
+struct Scene<'a> {
+    panel: &'a Panel,
+    obstacles: &'a [Obstacle],
+    taken: &'a [Placed],
+}
+
+impl Scene<'_> {
+    fn best(&self, request: &Request) -> Option<Placed> {
+        for allow in [Weight::Soft, Weight::Light] {
+            if request.worth.is_finite() && allow == Weight::Light {
+                continue;
+            }
+            let mut best: Option<(f64, Placed)> = None;
+            for variant in 0..request.sizes.len() {
+                for (rank, &anchor) in request.anchors.iter().enumerate() {
+                    for center in around(anchor, request, variant) {
+                        cheaper(&mut best, self.rate(request, variant, anchor, center, rank, allow));
+                    }
+                }
+            }
+            // A place far from any anchor is better than one on a line.
+            if best.is_none() && request.worth.is_infinite() {
+                for center in grid(self.panel) {
+                    for variant in 0..request.sizes.len() {
+                        for (rank, &anchor) in request.anchors.iter().enumerate() {
+                            cheaper(&mut best, self.rate(request, variant, anchor, center, rank, allow));
+                        }
+                    }
+                }
+            }
+            if let Some((cost, place)) = best {
+                return (cost < request.worth).then_some(place);
+            }
+        }
+        None
+    }
+
+    /// What a place costs, or `None` when it is not free.
+    fn rate(
+        &self,
+        r: &Request,
+        variant: usize,
+        anchor: Point,
+        center: Point,
+        rank: usize,
+        allow: Weight,
+    ) -> Option<(f64, Placed)> {
+        let half = half(r, variant);
+        let bounds = [center[0] - half[0], center[1] - half[1], center[0] + half[0], center[1] + half[1]];
+        let frame = self.panel.frame;
+        let within = bounds[0] >= frame[0] + EDGE
+            && bounds[1] >= frame[1] + EDGE
+            && bounds[2] <= frame[2] - EDGE
+            && bounds[3] <= frame[3] - EDGE;
+        if !within {
+            return None;
+        }
+        let mut cost = rank as f64 * 0.4 + variant as f64 * BROKEN;
+        let mut plate = false;
+        for other in self.taken {
+            if overlap(bounds, other.bounds, BETWEEN) {
+                return None;
+            }
+            if let Some((a, b)) = other.leader
+                && crosses(a, b, bounds, CLEAR)
+            {
+                return None;
+            }
+        }
+        for o in self.obstacles {
+            if crosses(o.a, o.b, bounds, CLEAR + o.half) {
+                if o.weight > allow {
+                    return None;
+                }
+                cost += if o.weight == Weight::Light { THIN_LINE } else { SOFT_LINE };
+                plate = true;
+            }
+        }
+        let to = nearest(bounds, anchor);
+        let away = [to[0] - anchor[0], to[1] - anchor[1]];
+        let gap = libm::hypot(away[0], away[1]);
+        cost += gap;
+        let lean = [center[0] - anchor[0], center[1] - anchor[1]];
+        let length = libm::hypot(lean[0], lean[1]).max(1e-9);
+        cost += 1.6 * (1.0 - (lean[0] * r.toward[0] + lean[1] * r.toward[1]) / length);
+        let inside = match &r.area {
+            None => false,
+            Some(area) => {
+                let [l, t, r, b] = bounds;
+                let inside = [[l, t], [r, t], [r, b], [l, b]].iter().filter(|&&c| in_convex(area, c)).count();
+                if inside % 4 != 0 {
+                    return None;
+                }
+                inside == 4
+            }
+        };
+        let mut leader = None;
+        if (gap > LEADER || r.area.is_some()) && !inside {
+            if gap < 1.0 {
+                return None;
+            }
+            let end = [anchor[0] + away[0] * (1.0 - 0.35 / gap), anchor[1] + away[1] * (1.0 - 0.35 / gap)];
+            for other in self.taken {
+                if crosses(anchor, end, other.bounds, CLEAR) {
+                    return None;
+                }
+                if let Some((a, b)) = other.leader
+                    && segments_cross(anchor, end, a, b)
+                {
+                    cost += LEADER_OVER_HEAVY;
+                }
+            }
+            // The first stretch belongs to the thing named.
+            let from = [anchor[0] + away[0] * 0.6 / gap, anchor[1] + away[1] * 0.6 / gap];
+            for o in self.obstacles {
+                if segments_cross(from, end, o.a, o.b) {
+                    cost += match o.weight {
+                        Weight::Heavy => LEADER_OVER_HEAVY,
+                        Weight::Light => LEADER_OVER_LIGHT,
+                        Weight::Soft => 0.2,
+                    };
+                }
+            }
+            // A leader along the very line it comes from would look like a part of it.
+            let middle = [0.5 * (anchor[0] + end[0]), 0.5 * (anchor[1] + end[1])];
+            let along = |o: &&Obstacle| {
+                o.weight >= Weight::Light
+                    && distance_to_segment(anchor, o.a, o.b) < 0.3
+                    && distance_to_segment(middle, o.a, o.b) < 0.12 * gap
+            };
+            if self.obstacles.iter().any(|o| along(&o)) {
+                cost += LEADER_ALONG_LINE;
+            }
+            cost += WITH_LEADER + 0.03 * gap * gap;
+            leader = Some((anchor, end));
+        }
+        Some((cost, Placed { bounds, leader, plate, variant }))
+    }
+}
+
+fn half(request: &Request, variant: usize) -> [f64; 2] {
+    request.sizes.get(variant).map_or([0.0; 2], |size| size.map(|x| 0.5 * x))
+}
+
+/// Whether a point lies in a convex polygon of either orientation.
+fn in_convex(polygon: &[Point], p: Point) -> bool {
+    let side = |i: usize| {
+        let (a, b) = (polygon[i], polygon[(i + 1) % polygon.len()]);
+        (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
+    };
+    (0..polygon.len()).all(|i| side(i) >= 0.0) || (0..polygon.len()).all(|i| side(i) <= 0.0)
+}
+
+fn cheaper(best: &mut Option<(f64, Placed)>, found: Option<(f64, Placed)>) {
+    if let Some((cost, place)) = found
+        && best.is_none_or(|(least, _)| cost < least)
+    {
+        *best = Some((cost, place));
+    }
+}
+
+/// Centres of boxes around an anchor.
+fn around(anchor: Point, request: &Request, variant: usize) -> Vec<Point> {
+    let half = half(request, variant);
+    let mut centers = if request.area.is_some() { vec![anchor] } else { Vec::new() };
+    // Multiples of 22.5 degrees; the diagonal ones slide along the box's sides.
+    const SIN: [f64; 4] =
+        [0.0, 0.382_683_432_365_089_8, std::f64::consts::FRAC_1_SQRT_2, 0.923_879_532_511_286_7];
+    let sine = |i: usize| match (i / 4) % 4 {
+        0 => SIN[i % 4],
+        1 => {
+            if i.is_multiple_of(4) {
+                1.0
+            } else {
+                SIN[4 - i % 4]
+            }
+        }
+        2 => -SIN[i % 4],
+        _ => {
+            if i.is_multiple_of(4) {
+                -1.0
+            } else {
+                -SIN[4 - i % 4]
+            }
+        }
+    };
+    for gap in GAPS {
+        for i in 0..16 {
+            let (s, c) = (sine(i), sine(i + 4));
+            // The box stands off by `gap`, its middle or a corner toward the anchor.
+            let side = |x: f64| if x.abs() < 0.3 { x / 0.3 } else { x.signum() };
+            centers.push([anchor[0] + c * gap + side(c) * half[0], anchor[1] + s * gap + side(s) * half[1]]);
+        }
+    }
+    centers
+}
+
+fn grid(panel: &Panel) -> Vec<Point> {
+    let [l, t, r, b] = panel.frame;
+    let (columns, rows) = (((r - l) / 2.0) as usize, ((b - t) / 1.5) as usize);
+    (0..columns * rows).map(|i| [l + 2.0 * (i % columns) as f64, t + 1.5 * (i / columns) as f64]).collect()
+}
+
+fn overlap(a: [f64; 4], b: [f64; 4], clear: [f64; 2]) -> bool {
+    a[0] < b[2] + clear[0] && b[0] < a[2] + clear[0] && a[1] < b[3] + clear[1] && b[1] < a[3] + clear[1]
+}
+
+fn nearest(bounds: [f64; 4], p: Point) -> Point {
+    [p[0].clamp(bounds[0], bounds[2]), p[1].clamp(bounds[1], bounds[3])]
+}
+
+/// Whether a segment comes into a box grown by `clear`.
+pub(crate) fn crosses(a: Point, b: Point, bounds: [f64; 4], clear: f64) -> bool {
+    let (mut t0, mut t1) = (0.0_f64, 1.0_f64);
+    for axis in 0..2 {
+        let (low, high) = (bounds[axis] - clear, bounds[axis + 2] + clear);
+        let along = b[axis] - a[axis];
+        if along.abs() < 1e-12 {
+            if a[axis] < low || a[axis] > high {
+                return false;
+            }
+        } else {
+            let (s, e) = ((low - a[axis]) / along, (high - a[axis]) / along);
+            t0 = t0.max(s.min(e));
+            t1 = t1.min(s.max(e));
+        }
+    }
+    t0 <= t1
+}
+
+fn segments_cross(a: Point, b: Point, c: Point, d: Point) -> bool {
+    let side = |p: Point, q: Point, r: Point| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0
+}

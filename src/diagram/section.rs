@@ -1,0 +1,130 @@
+//! The section plane of a figure. In: the optics. Out: a plane through the lens centre with the page's right
+//! and up, and what planes and lines leave in it.
+//!
+//! The section that holds both plane normals shows every plane of the pencil as a line in true angle and the
+//! Scheimpflug and hinge lines as points. The viewer stands on the rail's +x side and sees the subject to the
+//! right (side view), or above the camera (top view, camera's left up the page).
+
+use crate::geometry::{Line, Plane};
+use crate::optics::Optics;
+use glam::DVec3;
+
+/// Which section through the lens centre a figure shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Section {
+    /// The plane that holds the normals of lens and film: a side view for tilt, a top view for swing, oblique
+    /// for both.
+    #[default]
+    Auto,
+    /// The rail's vertical plane.
+    Side,
+    /// The rail's horizontal plane.
+    Top,
+}
+
+/// How a section plane stands to the rail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum View {
+    Side,
+    Top,
+    Oblique,
+}
+
+/// A section plane through the lens centre, in lens space.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SectionPlane {
+    /// Page right: the rail's way to the subject as the section shows it.
+    pub(crate) u: DVec3,
+    /// Page up.
+    pub(crate) v: DVec3,
+    /// Toward the viewer.
+    pub(crate) normal: DVec3,
+    pub(crate) view: View,
+}
+
+/// What a line leaves in the section.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Pierce {
+    /// It is cut in this point (section metres).
+    At([f64; 2]),
+    /// The line is at infinity.
+    AtInfinity,
+    /// It runs beside the section and never meets it.
+    Parallel,
+    /// It lies in the section: a point and a direction.
+    Within([f64; 2], [f64; 2]),
+}
+
+/// Sines below this are rounding of directions, not angles.
+const PARALLEL: f64 = 4.0 * f64::EPSILON;
+/// A direction this near to the section counts as within it: over any page that is under 1e-6 mm.
+const WITHIN: f64 = 1e-9;
+
+impl SectionPlane {
+    pub(crate) fn new(optics: &Optics, choice: Section) -> Self {
+        let normal = match choice {
+            Section::Side => DVec3::X,
+            Section::Top => DVec3::Y,
+            Section::Auto => normal_of_both(optics),
+        };
+        // The rail cannot be square to the section: both standards face forward.
+        let forward = DVec3::NEG_Z - normal * normal.dot(DVec3::NEG_Z);
+        let u = forward / forward.length();
+        let v = normal.cross(u);
+        let view = if normal.x >= 1.0 - WITHIN {
+            View::Side
+        } else if normal.y >= 1.0 - WITHIN {
+            View::Top
+        } else {
+            View::Oblique
+        };
+        Self { u, v, normal, view }
+    }
+
+    /// Page right and up of a vector, its part square to the section dropped.
+    pub(crate) fn project(&self, p: DVec3) -> [f64; 2] {
+        [self.u.dot(p), self.v.dot(p)]
+    }
+
+    /// The trace `(mu, mv, e)` of a plane: the section points with `mu u + mv v + e = 0`.
+    pub(crate) fn trace(&self, plane: Plane) -> [f64; 3] {
+        [self.u.dot(plane.m), self.v.dot(plane.m), plane.e]
+    }
+
+    /// Whether a direction lies in the section.
+    pub(crate) fn holds(&self, direction: DVec3) -> bool {
+        self.normal.dot(direction).abs() <= WITHIN * direction.length()
+    }
+
+    pub(crate) fn pierce(&self, line: Line) -> Pierce {
+        let unit = line.normalized();
+        if unit.direction == DVec3::ZERO {
+            return Pierce::AtInfinity;
+        }
+        if self.holds(unit.direction) {
+            let near = unit.direction.cross(unit.moment);
+            let beside = self.normal.dot(near).abs();
+            return if beside <= WITHIN * near.length() {
+                Pierce::Within(self.project(near), self.project(unit.direction))
+            } else {
+                Pierce::Parallel
+            };
+        }
+        let at = unit.meet_plane(Plane { m: self.normal, e: 0.0 });
+        Pierce::At(self.project(at.to_affine()))
+    }
+}
+
+fn normal_of_both(optics: &Optics) -> DVec3 {
+    let (n, a) = (optics.film_normal(), optics.axis());
+    let across = n.cross(a);
+    let s = if across.length() > PARALLEL {
+        across / across.length()
+    } else {
+        // Lens and film are parallel: the section that holds their normal and the rail.
+        let across = n.cross(DVec3::Z);
+        if across.length() > PARALLEL { across / across.length() } else { DVec3::X }
+    };
+    let toward_viewer = if s.x.abs() >= s.y.abs() { s.x } else { s.y };
+    if toward_viewer < 0.0 { -s } else { s }
+}
