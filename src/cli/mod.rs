@@ -21,7 +21,7 @@ mod stats;
 mod values;
 
 use clap::{Parser, Subcommand};
-use groundglass::error::{Error, Result};
+use groundglass::error::Result;
 use std::process::ExitCode;
 
 /// View camera pictures, diagrams and answers from one exact model.
@@ -76,9 +76,4 @@ fn dispatch(verb: &Verb) -> Result<()> {
         Verb::Schema => schema::run(),
         Verb::New(arguments) => new::run(arguments),
     }
-}
-
-/// What a verb returns whose engine is not there yet.
-fn not_built(verb: &str) -> Error {
-    Error::invalid(format!("`groundglass {verb}` is not built yet"))
 }

@@ -4,7 +4,7 @@ use super::input::{self, Input, RootArguments};
 use super::progress::Progress;
 use super::stats::{self, Samples, Stats};
 use super::values::{Positive, Seconds};
-use super::{interrupt, optics_words, output, report};
+use super::{diagram, interrupt, optics_words, output, report};
 use groundglass::error::{Error, ErrorKind, Result};
 use groundglass::plan::effects;
 use groundglass::render::{Execution, render};
@@ -58,7 +58,7 @@ impl Arguments {
     pub(super) fn output(&self) -> Result<(PathBuf, Format)> {
         let path = self.output.clone().unwrap_or_else(|| {
             let stem = self.scene.as_deref().and_then(|scene| scene.file_stem());
-            let mut name = stem.unwrap_or(std::ffi::OsStr::new("groundglass")).to_os_string();
+            let mut name = stem.unwrap_or(std::ffi::OsStr::new("tower")).to_os_string();
             name.push(".png");
             PathBuf::from("groundglass-out").join(name)
         });
@@ -140,7 +140,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     }
     report::print(&summary(&path, &stats))?;
     if arguments.scene.is_none() {
-        first_steps(&scene, &input, path.parent())?;
+        first_steps(&scene, &path)?;
     }
     Ok(())
 }
@@ -184,8 +184,20 @@ fn summary(path: &Path, stats: &Stats) -> String {
 }
 
 /// For the built-in scene: its diagram beside the picture, and what to try next.
-fn first_steps(scene: &Scene, input: &Input, folder: Option<&Path>) -> Result<()> {
-    let folder = folder.unwrap_or(Path::new(""));
-    let _ = (scene, input, folder);
-    Ok(())
+fn first_steps(scene: &Scene, picture: &Path) -> Result<()> {
+    let figure = diagram::figure(scene, diagram::Section::Auto, diagram::Inset::Auto)?;
+    let mut made = Vec::new();
+    for ending in ["svg", "png"] {
+        let path = picture.with_file_name("tower-diagram").with_extension(ending);
+        diagram::write(&figure, &path, &[])?;
+        made.push(path.display().to_string());
+    }
+    report::print(&format!(
+        "{}: its camera in section\n\n\
+         The front standard was solved so that the tower's whole front wall is sharp. Next, try\n  \
+         groundglass optics examples/tower.toml            what is sharp, and where lines and planes pass\n  \
+         groundglass render --samples 256                  half the error\n  \
+         groundglass new MODEL.obj -o scene.toml           a first scene for a model of yours\n",
+        made.join(", "),
+    ))
 }
