@@ -35,7 +35,7 @@ fn compare(name: &str, scene: &Scene) {
     println!(
         "{name}: worst {worst:.2e}; {doubtful} of {samples} samples in doubt, {mismatched} pixels decided otherwise"
     );
-    assert!(worst < 2e-4, "{name}: a pixel without doubt is off by {worst}");
+    assert!(worst < 1e-4, "{name}: a pixel without doubt is off by {worst}");
     assert!(doubtful < samples / 20, "{name}: the oracle doubts too much to test anything");
 }
 

@@ -73,9 +73,21 @@ impl TileFilm {
         [a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2]]
     }
 
+    /// The edge functions in double precision, each opposite to its corner.
+    fn edges(&self, v: [DVec3; 3]) -> [[f64; 9]; 3] {
+        [(1, 2), (2, 0), (0, 1)].map(|(a, b)| self.bilinear(v[a].cross(v[b]), v[b] - v[a]))
+    }
+
+    /// [`Self::edges`] by a common power of two that keeps them within single precision.
+    pub(crate) fn scaled_edges(&self, v: [DVec3; 3]) -> [[f64; 9]; 3] {
+        let edges = self.edges(v);
+        let scale = power_of_two_near(edges.iter().map(|e| e[0].abs() + reach(e)).fold(0.0, f64::max));
+        edges.map(|e| e.map(|c| c * scale))
+    }
+
     /// Sets up a triangle, all of whose corners lie in the frustum if `in_front`; `None` when its edges show that it misses the tile for every lens point.
     pub(crate) fn setup(&self, triangle: u32, v: [DVec3; 3], in_front: bool) -> Option<Setup> {
-        let edges = [(1, 2), (2, 0), (0, 1)].map(|(a, b)| self.bilinear(v[a].cross(v[b]), v[b] - v[a]));
+        let edges = self.edges(v);
         let normal = (v[1] - v[0]).cross(v[2] - v[0]);
         let plane = [normal.dot(v[0]), -normal.x * self.radius, -normal.y * self.radius];
         let facing = self.bilinear(normal, DVec3::ZERO);
@@ -86,11 +98,6 @@ impl TileFilm {
             -1.0
         } else {
             0.0
-        };
-        let reach = |e: &[f64; 9]| {
-            let half = 0.5 * f64::from(TILE);
-            let swing = |i: usize| e[i + 1].abs() + e[i + 2].abs();
-            swing(0) + half * (e[3].abs() + swing(3) + e[6].abs() + swing(6))
         };
         if side != 0.0 && edges.iter().any(|e| side * e[0] + reach(e) * (1.0 + 1e-6) < 0.0) {
             return None;
@@ -118,6 +125,13 @@ impl TileFilm {
             plane: plane.map(|c| (c * depth_scale) as f32),
         })
     }
+}
+
+/// How far a function can be from its value at tile centre and lens centre.
+fn reach(e: &[f64; 9]) -> f64 {
+    let half = 0.5 * f64::from(TILE);
+    let swing = |i: usize| e[i + 1].abs() + e[i + 2].abs();
+    swing(0) + half * (e[3].abs() + swing(3) + e[6].abs() + swing(6))
 }
 
 /// A power of two that brings `x` to between 1 and 2, within the doubles' range.

@@ -3,6 +3,7 @@
 use super::Picture;
 use super::pattern::pattern;
 use crate::raster::kernel::{Group, NOTHING};
+use crate::raster::setup::TileFilm;
 use crate::raster::tile::Geometry;
 use crate::raster::view::{Batch, Pattern};
 use crate::raster::{self, TILE};
@@ -58,14 +59,7 @@ impl Iterator for Lanes {
             lane
         })
     }
-
-    fn size_hint(&self) -> (usize, Option<usize>) {
-        let count = self.0.count_ones() as usize;
-        (count, Some(count))
-    }
 }
-
-impl ExactSizeIterator for Lanes {}
 
 /// The rays of a tile, in single precision about its centre.
 struct Rays {
@@ -117,7 +111,7 @@ impl Picture<'_> {
                 let (pixel, place) = place(&pattern, batch, block, lane);
                 let mut looks = looks.borrow_mut();
                 let Some(slot) = looks.get_mut(visit.id as usize) else { return true };
-                let look = slot.get_or_insert_with(|| self.look(visit.setup));
+                let look = slot.get_or_insert_with(|| self.look(&film, visit.setup.triangle));
                 let key = hash(
                     hash(self.seed, u64::from(tile.0 * TILE + pixel.0)),
                     u64::from(tile.1 * TILE + pixel.1),
@@ -125,7 +119,7 @@ impl Picture<'_> {
                 self.shader.is_met(look, visit.setup.triangle, place, key, batch.index[lane])
             });
             raster.group(self.level, batch, groups);
-            self.shade(raster.setups(), looks.get_mut(), &pattern, batch, groups, &rays, &mut sums);
+            self.shade(&film, raster.setups(), looks.get_mut(), &pattern, batch, groups, &rays, &mut sums);
         }
         self.resolve(tile, &sums, out)
     }
@@ -133,6 +127,7 @@ impl Picture<'_> {
     #[expect(clippy::too_many_arguments, reason = "the parts of one tile, borrowed apart")]
     fn shade(
         &self,
+        film: &TileFilm,
         setups: &[raster::setup::Setup],
         looks: &mut [Option<Box<Look>>],
         pattern: &Pattern,
@@ -150,54 +145,45 @@ impl Picture<'_> {
             let mut look = None;
             if group.id != NOTHING {
                 let at = group.id as usize;
-                look = Some(&**looks[at].get_or_insert_with(|| self.look(&setups[at])));
+                look = Some(&**looks[at].get_or_insert_with(|| self.look(film, setups[at].triangle)));
             }
-            let at_lane = |lane: usize| Place {
-                u: batch.u[lane],
-                v: batch.v[lane],
-                x: corner.0 as f32 - half + batch.x[lane],
-                y: corner.1 as f32 - half + batch.y[lane],
-            };
-            let mut add = |lanes: u16, pixel: u32, odd: bool| {
+            let mut add = |lanes: u16, pixel: u32| {
                 let mean = means.mean(lanes);
-                let place = Place {
-                    u: mean.x,
-                    v: mean.y,
-                    x: corner.0 as f32 - half + mean.z,
-                    y: corner.1 as f32 - half + mean.w,
-                };
+                let (x, y) = (corner.0 as f32 - half, corner.1 as f32 - half);
+                let place = Place { u: mean.x, v: mean.y, x: x + mean.z, y: y + mean.w };
                 let ray = rays.at(place);
-                let mut color = match look {
-                    Some(look) => self.shader.radiance(look, place, Lanes(lanes).map(at_lane), ray),
-                    None => self.shader.background(ray),
+                let odd = (lanes & batch.odd).count_ones();
+                let mut colors = match look {
+                    Some(look) => self.shader.radiance(look, place, ray, batch, (x, y), lanes),
+                    None => {
+                        let sky = self.shader.background(ray);
+                        [lanes.count_ones() - odd, odd].map(|count| sky * count as f32)
+                    }
                 };
                 if let Some(falloff) = &self.falloff {
-                    color *= falloff.weight(&self.view, ray.as_dvec3(), place);
+                    let weight = falloff.weight(&self.view, ray.as_dvec3(), place);
+                    colors = colors.map(|color| color * weight);
                 }
-                sums[pixel as usize][usize::from(odd)] += color * lanes.count_ones() as f32;
+                let [even_sum, odd_sum] = &mut sums[pixel as usize];
+                *even_sum += colors[0];
+                *odd_sum += colors[1];
             };
             if self.shared {
-                let pixel = corner.1 * TILE + corner.0;
-                // The two halves look for themselves, so that they stay independent estimates.
-                for (lanes, odd) in [(group.lanes & !batch.odd, false), (group.lanes & batch.odd, true)] {
-                    if lanes != 0 {
-                        add(lanes, pixel, odd);
-                    }
-                }
+                add(group.lanes, corner.1 * TILE + corner.0);
             } else {
                 for lane in Lanes(group.lanes) {
                     let inside = u32::from(batch.pixel[lane]);
                     let x = corner.0 + inside % pattern.block_width;
                     let y = corner.1 + inside / pattern.block_width;
-                    add(1 << lane, y * TILE + x, batch.odd >> lane & 1 == 1);
+                    add(1 << lane, y * TILE + x);
                 }
             }
         }
     }
 
-    fn look(&self, setup: &raster::setup::Setup) -> Box<Look> {
-        let corners = self.surfaces.triangles[setup.triangle as usize];
-        Box::new(self.shader.look(setup, corners.map(|i| self.positions[i as usize])))
+    fn look(&self, film: &TileFilm, triangle: u32) -> Box<Look> {
+        let corners = self.surfaces.triangles[triangle as usize].map(|i| self.positions[i as usize]);
+        Box::new(self.shader.look(triangle, &film.scaled_edges(corners), corners))
     }
 
     fn resolve(&self, (tx, ty): (u32, u32), sums: &[[Vec3; 2]], out: &mut [[f32; 3]]) -> f64 {

@@ -101,9 +101,9 @@ impl<'a> Picture<'a> {
         let cutout_materials: Vec<bool> = surfaces.materials.iter().map(Shader::is_cutout).collect();
         let cutout = surfaces.attributes.iter().map(|a| cutout_materials[a.material as usize]).collect();
         let up = scene.up;
-        let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, up, |v| frame.vector(v));
-        let falloff = scene.render.falloff.then(|| Falloff::new(optics, &frame));
         let level = Level::new();
+        let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, up, level, |v| frame.vector(v));
+        let falloff = scene.render.falloff.then(|| Falloff::new(optics, &frame));
         Self {
             surfaces,
             seed: scene.render.seed,

@@ -16,10 +16,10 @@ pub(crate) struct Footprint {
 /// The two levels of a texture that a look-up mixes.
 #[derive(Clone, Copy)]
 pub(crate) struct Levels<'a> {
-    low: &'a Level,
-    high: &'a Level,
+    pub low: &'a Level,
+    pub high: &'a Level,
     /// Share of `high`; 0 where only `low` counts.
-    share: f32,
+    pub share: f32,
 }
 
 /// The levels for a footprint: those of a quarter of the pixel's shorter side, whatever the number of samples.

@@ -3,18 +3,17 @@
 
 use super::Place;
 use super::filter::Footprint;
-use crate::raster::setup::Setup;
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, DVec4, Vec2, Vec3, Vec4};
 
 /// Coefficients of `1, u, v, x, xu, xv, y, yu, yv`, four functions side by side.
-type Bilinear4 = [Vec4; 9];
+pub(crate) type Bilinear4 = [Vec4; 9];
 
 /// See the module.
 #[derive(Clone, Debug)]
 pub(crate) struct Look {
     pub material: u32,
     /// `u`, `v` and 1, each times the sum of the edge functions.
-    texture: Option<Bilinear4>,
+    pub texture: Option<Bilinear4>,
     /// The normal times that sum; for flat triangles `face` counts.
     normal: Option<Bilinear4>,
     pub face: Vec3,
@@ -23,22 +22,27 @@ pub(crate) struct Look {
 }
 
 impl Look {
+    /// From the edge functions about the tile's centre.
     pub(crate) fn new(
-        setup: &Setup,
+        edges: &[[f64; 9]; 3],
         material: u32,
         texcoords: Option<[Vec2; 3]>,
         normals: Option<[Vec3; 3]>,
         face: Vec3,
     ) -> Self {
-        let sum = |corner: [Vec4; 3]| -> Bilinear4 {
+        let sum = |corner: [DVec4; 3]| -> Bilinear4 {
             std::array::from_fn(|k| {
-                corner[0] * setup.edges[0][k] + corner[1] * setup.edges[1][k] + corner[2] * setup.edges[2][k]
+                (corner[0] * edges[0][k] + corner[1] * edges[1][k] + corner[2] * edges[2][k]).as_vec4()
             })
         };
         let texture = texcoords.map(|t| {
-            // Textures repeat: whole turns are dropped, so that large coordinates keep their digits.
-            let base = t[0].floor();
-            let base = if base.is_finite() { base } else { Vec2::ZERO };
+            let t = t.map(Vec2::as_dvec2);
+            // Textures repeat: the whole turns at the tile's centre are dropped before rounding to single
+            // precision, so that a large quadrilateral's coordinates are as good as a small one's.
+            let weights = DVec3::new(edges[0][0], edges[1][0], edges[2][0]);
+            let center = (t[0] * weights.x + t[1] * weights.y + t[2] * weights.z) / weights.element_sum();
+            let (low, high) = (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]));
+            let base = if center.is_finite() { center.clamp(low, high).floor() } else { low.floor() };
             sum(t.map(|uv| (uv - base).extend(1.0).extend(0.0)))
         });
         // Equal normals make a flat triangle: nothing to interpolate.
@@ -46,7 +50,7 @@ impl Look {
         Self {
             material,
             texture,
-            normal: if flat { None } else { normals.map(|n| sum(n.map(|n| n.extend(0.0)))) },
+            normal: if flat { None } else { normals.map(|n| sum(n.map(|n| n.as_dvec3().extend(0.0)))) },
             face: if let (true, Some(n)) = (flat, normals) { n[0] } else { face },
             lit: [Vec3::ZERO; 2],
         }
@@ -72,15 +76,6 @@ impl Look {
         let uv = Vec2::new(at.x, at.y) * inverse;
         let slope = |d: Vec4| (Vec2::new(d.x, d.y) - uv * d.z) * inverse;
         Some(Footprint { uv, dx: slope(cx), dy: slope(cy) })
-    }
-
-    /// Texture coordinates alone; the origin where there is no texture.
-    #[inline]
-    pub(crate) fn uv(&self, place: Place) -> Vec2 {
-        let Some(k) = &self.texture else { return Vec2::ZERO };
-        let [c, cx, cy] = at_lens(k, place);
-        let at = c + cx * place.x + cy * place.y;
-        if at.z == 0.0 { Vec2::ZERO } else { Vec2::new(at.x, at.y) / at.z }
     }
 }
 

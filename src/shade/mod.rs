@@ -8,14 +8,16 @@
 //! 0.009 RMS at 1024 samples (0.003 without), since few look-ups at regular places alias.
 
 mod filter;
+mod gather;
 mod look;
 
 pub(crate) use look::Look;
 
-use crate::raster::setup::Setup;
+use crate::raster::view::Batch;
 use crate::sampling::{hash, shuffled_radical_inverse};
 use crate::scene::{Material, NONE, Sky, Sun, Surfaces, Texture};
-use glam::{DVec3, Vec3, Vec4};
+use fearless_simd::Level;
+use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
 /// What shading needs of a scene, in the lens frame of one camera.
@@ -28,6 +30,7 @@ pub(crate) struct Shader<'a> {
     horizon: Vec3,
     zenith: Vec3,
     up: Vec3,
+    simd: Level,
 }
 
 /// A sample's place: lens point in fractions of the aperture's radius, place in the tile in pixels from
@@ -47,6 +50,7 @@ impl<'a> Shader<'a> {
         sun: Option<&Sun>,
         sky: &Sky,
         up: DVec3,
+        simd: Level,
         lens_from_world: impl Fn(DVec3) -> DVec3,
     ) -> Self {
         let unit = |v: DVec3| crate::camera::unit(v).unwrap_or(DVec3::Z).as_vec3();
@@ -58,6 +62,7 @@ impl<'a> Shader<'a> {
             horizon: sky.horizon.as_vec3(),
             zenith: sky.zenith.as_vec3(),
             up: unit(lens_from_world(up)),
+            simd,
         }
     }
 
@@ -75,9 +80,10 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// What all samples that see this triangle in this tile share; `corners` in the lens frame.
-    pub(crate) fn look(&self, setup: &Setup, corners: [DVec3; 3]) -> Look {
-        let attributes = &self.surfaces.attributes[setup.triangle as usize];
+    /// What all samples that see this triangle in this tile share, from its edge
+    /// functions there; `corners` in the lens frame.
+    pub(crate) fn look(&self, triangle: u32, edges: &[[f64; 9]; 3], corners: [DVec3; 3]) -> Look {
+        let attributes = &self.surfaces.attributes[triangle as usize];
         let material = &self.surfaces.materials[attributes.material as usize];
         let texcoords = (attributes.texcoords[0] != NONE
             && (material.diffuse_map.is_some() || material.opacity_map.is_some()))
@@ -86,40 +92,45 @@ impl<'a> Shader<'a> {
             (attributes.normals[0] != NONE).then(|| attributes.normals.map(|i| self.normals[i as usize]));
         let face = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let face = crate::camera::unit(face).unwrap_or(DVec3::Z).as_vec3();
-        let mut look = Look::new(setup, attributes.material, texcoords, normals, face);
+        let mut look = Look::new(edges, attributes.material, texcoords, normals, face);
         look.lit = [self.light(look.face), self.light(-look.face)];
         look
     }
 
-    /// The mean radiance that the triangle of `look` sends to the lens from `places`, which lie in one pixel
-    /// about their mean `place`; `ray` is the direction from the lens there, lens frame.
+    /// The sums of the radiance that the triangle of `look` sends to the lens, over the even and the odd
+    /// samples among `lanes` of a batch. They lie in one pixel about `place`; `ray` is the direction from
+    /// the lens there, lens frame, and `corner` the place of their block in the tile.
     ///
-    /// What hardly changes between them (the normal, the light, the footprint) is computed once; each place
+    /// What hardly changes between them (the normal, the light, the footprint) is computed once; each sample
     /// looks into the texture for itself, so nothing is blurred.
     #[inline]
     pub(crate) fn radiance(
         &self,
         look: &Look,
         place: Place,
-        places: impl ExactSizeIterator<Item = Place>,
         ray: Vec3,
-    ) -> Vec3 {
+        batch: &Batch,
+        corner: (f32, f32),
+        lanes: u16,
+    ) -> [Vec3; 2] {
         let material = &self.surfaces.materials[look.material as usize];
         let light = match look.normal(place) {
             // Two-sided: the side that faces this lens point is lit.
             Some(normal) => self.light(if normal.dot(ray) > 0.0 { -normal } else { normal }),
             None => look.lit[usize::from(look.face.dot(ray) > 0.0)],
         };
-        let mut diffuse = Vec3::from(material.diffuse);
+        let reflected = Vec3::from(material.diffuse) * light;
+        let emission = Vec3::from(material.emission);
+        let odd = (lanes & batch.odd).count_ones() as f32;
+        let counts = [lanes.count_ones() as f32 - odd, odd];
         if let Some(map) = &material.diffuse_map
-            && let Some(footprint) = look.footprint(place)
+            && let (Some(k), Some(footprint)) = (&look.texture, look.footprint(place))
             && let Some(levels) = filter::levels(map, &footprint)
         {
-            let count = places.len() as f32;
-            let sum = places.fold(Vec4::ZERO, |sum, place| sum + levels.sample(look.uv(place)));
-            diffuse *= sum.truncate() / count;
+            let sums = gather::sums(self.simd, &levels, k, batch, corner, lanes);
+            return [0, 1].map(|half| emission * counts[half] + sums[half].truncate() * reflected);
         }
-        Vec3::from(material.emission) + diffuse * light
+        counts.map(|count| (emission + reflected) * count)
     }
 
     /// Whether a triangle can let samples through.
