@@ -62,6 +62,21 @@
 //! Files come through a [`Source`]: the disk ([`Files`](scene::Files), which can be fenced into a folder) or
 //! memory ([`Memory`](scene::Memory)).
 //!
+//! # Diagrams
+//!
+//! A [`Figure`] is the camera in section, with its planes and lines to scale, as SVG or pixels.
+//!
+//! ```
+//! use groundglass::{Camera, Figure, FocusTarget, Optics, glam::DVec3, solve};
+//!
+//! let camera = Camera::looking_at(DVec3::new(0.0, 1.6, 10.0), DVec3::new(0.0, 0.4, 0.0))?;
+//! let ground = FocusTarget::Plane { point: DVec3::ZERO, normal: DVec3::Y };
+//! let optics = Optics::new(&solve(&camera, &ground, Default::default())?)?;
+//! let svg = Figure::side_view(&optics).title("The ground in focus").figure()?.to_svg()?;
+//! assert!(svg.contains("data-part=\"scheimpflug-line\""));
+//! # Ok::<(), groundglass::Error>(())
+//! ```
+//!
 //! # Conventions
 //!
 //! * Right-handed frames. **World**: metres, the scene's own axes. **Rail**: origin at the eye, x right, y up, -z toward
@@ -93,6 +108,7 @@ pub mod scene;
 mod shade;
 
 pub use camera::{Aperture, Camera, FilmSize, Standard};
+pub use diagram::Figure;
 pub use error::{Error, ErrorKind, Result};
 pub use glam;
 pub use optics::{Adjust, FocusTarget, Optics, solve, upright};
