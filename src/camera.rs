@@ -133,6 +133,34 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// A camera at `eye` whose rail points at `target` (world, metres; +y is up): 4x5 inch film, a 150 mm lens at
+    /// f/5.6 focused at infinity, no movements. Change what should differ; every field is public.
+    ///
+    /// # Errors
+    /// As [`Camera::rail_frame`].
+    ///
+    /// # Example
+    /// ```
+    /// use groundglass::{Angle, Camera, Standard, glam::DVec3};
+    ///
+    /// let mut camera = Camera::looking_at(DVec3::new(0.0, 1.6, 10.0), DVec3::new(0.0, 1.6, 0.0))?;
+    /// camera.front = Standard { tilt: Angle::degrees(6.0), ..Standard::default() };
+    /// # Ok::<(), groundglass::Error>(())
+    /// ```
+    pub fn looking_at(eye: DVec3, target: DVec3) -> Result<Self> {
+        let focal_length = Length::millimetres(150.0);
+        Ok(Self {
+            rail: Self::rail_frame(eye, target, DVec3::Y)?,
+            front: Standard::default(),
+            rear: Standard::default(),
+            extension: focal_length,
+            focal_length,
+            aperture: Aperture::FNumber(FNumber::new(5.6)?),
+            film: FilmSize::named("4x5")?,
+            near: Length::millimetres(15.0),
+        })
+    }
+
     /// The rail frame of a camera at `eye` that looks at `look_at`; `up` need not be unit or square
     /// to the view.
     ///

@@ -3,7 +3,9 @@
 use super::assets::{AssetLoader, Progress};
 use super::description::{Budget, RenderSettings, SceneDescription, Sky, Sun};
 use super::digest;
-use super::source::Source;
+use super::document::{Document, SIZE_LIMIT};
+use super::file::SceneFile;
+use super::source::{Files, Source};
 use super::surfaces::{Placement, Surfaces};
 use crate::error::{Error, ErrorKind, Place, Result, Warning};
 use crate::optics::Optics;
@@ -141,6 +143,27 @@ fn named_by(error: Error, scene: &str, place: &Place) -> Error {
 }
 
 impl Scene {
+    /// Reads the scene file at `path` and the files it names.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Invalid`] and [`ErrorKind::NoSolution`] with file, line and key when a file is missing or wrong,
+    /// or no movement focuses as asked; [`ErrorKind::Io`] when one cannot be read.
+    ///
+    /// # Example
+    /// ```
+    /// let scene = groundglass::Scene::read("examples/tower.toml")?;
+    /// assert_eq!(scene.meshes[0].triangles, 47_346);
+    /// # Ok::<(), groundglass::Error>(())
+    /// ```
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let (files, name) = (Files::new(), path.as_ref().display().to_string());
+        let named = |error: Error| error.in_file(&*name);
+        let file = files.argument(path.as_ref()).map_err(named)?;
+        let bytes = files.read(&file, SIZE_LIMIT as u64 + 1).map_err(named)?;
+        let description = SceneFile::from_document(Document::from_bytes(&bytes, &name)?)?.describe()?;
+        description.load(&files, file.parent().unwrap_or(Path::new("")), None)
+    }
+
     /// The hash of the resolved scene and the bytes of its assets, not their paths: SHA-256 in hexadecimal.
     pub fn hash(&self) -> String {
         let mut text = format!(

@@ -25,6 +25,8 @@ mod schema;
 mod shape;
 mod source;
 pub mod starter;
+mod starter_measure;
+mod starter_view;
 mod surfaces;
 mod text;
 mod texture;

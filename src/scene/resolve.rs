@@ -38,7 +38,7 @@ impl SceneDescription {
     /// `samples_given` a number of samples from elsewhere replaces the scene's target.
     ///
     /// # Errors
-    /// [`ErrorKind::Invalid`] with the key's line.
+    /// [`crate::error::ErrorKind::Invalid`] with the key's line.
     pub fn refuse_unbuilt_effects(&self, samples_given: bool) -> Result<()> {
         let asked = [
             (self.sun.is_some_and(|sun| sun.shadows), "sun.shadows", "shadows = false"),

@@ -100,11 +100,11 @@ fn objects_of_every_size_and_shape_are_in_the_frame() {
 #[test]
 fn large_units_are_scaled_and_the_file_says_so() {
     let (text, scene) = scene(&hollow(DVec3::ZERO, DVec3::splat(556.0), &[]));
-    assert_eq!(scene.meshes[0].scale, 0.01);
-    assert!(text.contains("more likely centimetres"), "{text}");
-    let (text, scene) = self::scene(&hollow(DVec3::ZERO, DVec3::splat(2.0), &[]));
+    assert_eq!(scene.meshes[0].scale, 0.001);
+    assert!(text.contains("the model is 556.0 units large; so small, its blur shows"), "{text}");
+    let (text, scene) = self::scene(&hollow(DVec3::ZERO, DVec3::splat(0.6), &[]));
     assert_eq!(scene.meshes[0].scale, 1.0);
-    assert!(!text.contains("likely"), "{text}");
+    assert!(text.contains("taken as metres"), "{text}");
 }
 
 #[test]
@@ -142,9 +142,46 @@ fn degenerate_statistics_still_give_a_scene() {
         [DVec3::ZERO, DVec3::splat(1e-40)],
     ] {
         for path in ["m.obj", "it's \"odd\"\\x.obj", "é.obj"] {
-            let text = scene_for(&Statistics { bounds, cover: Default::default() }, path);
+            let text = scene_for(&Statistics { bounds, ..Statistics::default() }, path);
             let scene = parse(&text, "new.toml").and_then(|file| file.describe());
             assert_eq!(scene.unwrap_or_else(|e| panic!("{e}\n{text}")).meshes[0].path, path);
         }
+    }
+}
+
+#[test]
+fn what_stands_on_the_ground_fills_the_frame_and_the_ground_is_sharp() {
+    let plan = DVec3::new(160.0, 0.0, 160.0);
+    let ground = quad([-plan, DVec3::new(-160.0, 0.0, 160.0), plan, DVec3::new(160.0, 0.0, -160.0)]);
+    let (lo, hi) = (DVec3::new(-20.0, 0.0, -30.0), DVec3::new(20.0, 15.0, 10.0));
+    let all: Vec<_> = ground.into_iter().chain(hollow(lo, hi, &[])).collect();
+    let statistics = measure(all.iter().copied()).unwrap();
+    assert_eq!(statistics.ground, Some(0.0));
+    let (text, scene) = scene(&all);
+    assert_in_frame(&text, &scene, lo, hi);
+    let Some(FocusTarget::Plane { point, normal }) = scene.focus.map(|focus| focus.target) else {
+        panic!("no plane\n{text}")
+    };
+    assert_eq!((point.y, normal), (0.0, DVec3::Y), "{text}");
+}
+
+#[test]
+fn a_flat_model_is_faced_and_sharp() {
+    for corners in [
+        [DVec3::ZERO, DVec3::X, DVec3::Y],
+        [DVec3::ZERO, DVec3::Y, DVec3::X],
+        [DVec3::ZERO, DVec3::Y, DVec3::Z],
+        [DVec3::ZERO, DVec3::new(1.0, 1.0, 0.0), DVec3::new(0.0, 1.0, 1.0)],
+    ] {
+        let (text, scene) = scene(&[corners]);
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+        let rail = scene.camera.rail;
+        assert!((rail.axes.z_axis.dot(normal)).abs() > 0.5, "seen edge-on\n{text}");
+        let Some(FocusTarget::Plane { normal: sharp, .. }) = scene.focus.as_ref().map(|focus| focus.target)
+        else {
+            panic!("no plane\n{text}")
+        };
+        assert!(sharp.cross(normal).length() < 1e-4, "{text}");
+        assert!(scene.solve().is_ok(), "{text}");
     }
 }
