@@ -149,7 +149,11 @@ fn focus_at(camera: &Camera, distance: f64) -> Result<Camera, Unsolvable> {
     if distance.is_nan() || distance <= f {
         return Err(fail(
             Limit::NoRealImage,
-            format!("distance_m = {distance} is not beyond the focal length of {}: no real image", metres(f)),
+            format!(
+                "a distance of {} is not beyond the focal length of {}: no real image",
+                metres(distance),
+                metres(f)
+            ),
         ));
     }
     let n = camera.rear.rotation().z_axis;
