@@ -101,6 +101,11 @@ impl Input {
         loaded
     }
 
+    /// The file that the scene names as `written`, if it is there and may be read.
+    pub(super) fn find(&self, written: &str) -> Option<PathBuf> {
+        self.source.named(self.path.parent().unwrap_or(Path::new("")), written).ok()
+    }
+
     /// The files read so far.
     pub(super) fn read_paths(&self) -> Vec<PathBuf> {
         self.source.paths()

@@ -176,6 +176,8 @@ fn refuse(arguments: &Arguments, file: &str, focus: &Focus, why: Unsolvable) -> 
         None => "ask for another plane, or move the camera".to_owned(),
         Some(nearest) => {
             let [x, y, z, e] = optics_json::plane(nearest.plane);
+            // What rounding left of a zero.
+            let [x, y, z] = [x, y, z].map(|v| if v.abs() < 1e-15 { 0.0 } else { v });
             format!(
                 "the nearest parallel plane that can be sharp lies {} away: \
                  --plane \"{},{},{};{x},{y},{z}\" (front {}; rear {})",
@@ -198,13 +200,12 @@ fn refuse(arguments: &Arguments, file: &str, focus: &Focus, why: Unsolvable) -> 
 fn write(input: &input::Input, camera: &Camera, target: &Path) -> Result<()> {
     let from = input.path.parent().unwrap_or(Path::new("."));
     let to = new::folder_of(target)?;
-    let moved = |path: &str| {
-        let file = from.join(path);
-        match file.canonicalize() {
-            // The same folder, or a mesh that is not there: the path stays as it is written.
-            Ok(file) if to != from => new::relative(&to, &file).unwrap_or_else(|_| path.to_owned()),
-            _ => path.to_owned(),
-        }
+    let back = new::relative(&to, from)?;
+    let moved = |path: &str| match input.find(path) {
+        _ if to == from => path.to_owned(),
+        Some(file) => new::relative(&to, &file).unwrap_or_else(|_| path.to_owned()),
+        // A mesh that is not there: from the old folder, as it was written.
+        None => format!("{back}/{path}"),
     };
     let text = with_movements(input.scene.document.text(), camera, moved)?;
     // The scene itself may be replaced by its solution, but nothing that is no scene.
@@ -214,7 +215,7 @@ fn write(input: &input::Input, camera: &Camera, target: &Path) -> Result<()> {
             .in_file(target.display().to_string())
             .remedy("give a name that ends in .toml with --write"));
     }
-    let meshes: Vec<PathBuf> = input.scene.meshes.iter().map(|mesh| from.join(&mesh.path)).collect();
+    let meshes: Vec<PathBuf> = input.scene.meshes.iter().filter_map(|mesh| input.find(&mesh.path)).collect();
     output::write_text(target, &meshes, &text)
 }
 

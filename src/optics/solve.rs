@@ -313,10 +313,13 @@ fn nearest_parallel(camera: &Camera, plane: Plane, adjust: Adjust) -> Option<Nea
                     let middle = 0.5 * (no + yes);
                     if at(side * middle).is_some() { yes = middle } else { no = middle }
                 }
-                if let Some(solved) = at(side * yes)
-                    && best.is_none_or(|(miss, _)| yes < miss.abs())
+                // A little inside, so that the answer survives the rounding of its own numbers.
+                let inside = yes + 1e-6 * f;
+                let found = at(side * inside).map(|solved| (inside, solved));
+                if let Some((miss, solved)) = found.or_else(|| Some((yes, at(side * yes)?)))
+                    && best.is_none_or(|(other, _)| miss < other.abs())
                 {
-                    best = Some((side * yes, solved));
+                    best = Some((side * miss, solved));
                 }
                 break;
             }
