@@ -28,7 +28,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 
 fn norm(v: &[f64]) -> f64 {
     let scale = v.iter().fold(0.0f64, |most, x| most.max(x.abs()));
-    if scale == 0.0 { 0.0 } else { scale * v.iter().map(|x| (x / scale).powi(2)).sum::<f64>().sqrt() }
+    if scale == 0.0 { 0.0 } else { scale * v.iter().map(|x| (x / scale) * (x / scale)).sum::<f64>().sqrt() }
 }
 
 /// The distance of two vectors made unit, up to sign.
@@ -234,7 +234,7 @@ impl Judge {
         let value = |value: &Big| value.to_f64().value();
         let (trace, spread) = (value(&(sxx.clone() + syy.clone())), value(&(sxx.clone() - syy.clone())));
         let determinant = value(&(sxx * syy - sxy.clone() * sxy.clone()));
-        let large = 0.5 * (trace + spread.hypot(2.0 * value(&sxy)));
+        let large = 0.5 * (trace + libm::hypot(spread, 2.0 * value(&sxy)));
         let small = if large > 0.0 { determinant / large } else { 0.0 };
         let allowed = number(&want["tol_blur_mm"]) + 4.0 * number(&want["tol_film_mm"]);
         for (key, square) in [("largest_mm", large), ("smallest_mm", small)] {
