@@ -164,7 +164,7 @@ fn signals_while_loading_rendering_and_writing_leave_nothing() {
         let kill = std::process::Command::new("kill").args([name, &child.id().to_string()]).status().unwrap();
         let code = child.wait().unwrap().code();
         assert!(kill.success() && code == Some(75), "{words:?} {name}: {code:?}");
-        assert!(begun.elapsed().as_secs_f64() < 2.0, "{words:?} {name}: {:?}", begun.elapsed());
+        assert!(begun.elapsed().as_secs_f64() < 5.0, "{words:?} {name}: {:?}", begun.elapsed());
     };
     let (_keep, folder) = textured();
     let before = names(&folder);
@@ -173,8 +173,8 @@ fn signals_while_loading_rendering_and_writing_leave_nothing() {
         signal(&folder, &["render", "scene.toml", "-o", "o.png", "--samples", "400000"], 300, name);
     }
     // Writing takes seconds.
-    let big = ["render", "scene.toml", "-o", "o.exr", "--samples", "1", "--width", "9000"];
-    for wait in [600, 2500, 3500] {
+    let big = ["render", "scene.toml", "-o", "o.exr", "--samples", "1", "--width", "6000"];
+    for wait in [300, 1200, 2000] {
         signal(&folder, &big, wait, "-TERM");
     }
     assert_eq!(names(&folder), before);
