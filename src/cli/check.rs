@@ -42,6 +42,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let input = input::read(&arguments.scene)?;
     let scene = input.load()?;
     report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
+    report::warnings(&optics_words::scene_warnings(&scene, &input.name()));
     if arguments.json {
         report::print_json(&found(&scene))
     } else {

@@ -2,8 +2,11 @@
 //! scene, its assets when asked for, and the files that were read (which no output may replace).
 
 use super::progress::Progress;
+use super::stats;
 use groundglass::error::Result;
-use groundglass::scene::{Document, Files, SIZE_LIMIT, Scene, SceneDescription, SceneFile, Source};
+use groundglass::scene::{
+    Document, Files, LoadSettings, SIZE_LIMIT, Scene, SceneDescription, SceneFile, Source,
+};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -57,7 +60,7 @@ pub(super) fn read_scene(path: &Path, root: Option<&Path>) -> Result<Input> {
 
 /// All files, or those under the root folder.
 pub(super) fn files(root: Option<&Path>) -> Result<Files> {
-    root.map_or_else(|| Ok(Files::new()), Files::under)
+    root.map_or_else(|| Ok(Files::new()), |root| Files::under(root).map_err(|error| error.at_key("--root")))
 }
 
 impl Input {
@@ -79,34 +82,50 @@ impl Input {
     /// Loads the meshes, with a progress bar on a terminal.
     ///
     /// # Errors
-    /// Those of [`SceneDescription::load`].
+    /// Those of [`SceneDescription::load_with`].
     pub(super) fn load(&self) -> Result<Scene> {
+        self.load_at(None)
+    }
+
+    /// As [`Self::load`], for a picture of this width.
+    ///
+    /// # Errors
+    /// As there.
+    pub(super) fn load_at(&self, width: Option<u32>) -> Result<Scene> {
         let folder = self.path.parent().unwrap_or(Path::new(""));
         let progress = Progress::new();
-        let loaded = self.scene.load(
-            &self.source,
-            folder,
-            Some(&|what, done, total| progress.tell(what, done, total)),
-        );
+        let tell = |what: &str, done: u64, total: u64| progress.tell(what, done, total);
+        let settings = LoadSettings { progress: Some(&tell), width, memory: stats::available_memory() };
+        let loaded = self.scene.load_with(&self.source, folder, settings);
         progress.finish();
         loaded
     }
 
+    /// The file that the scene names as `written`, if it is there and may be read.
+    pub(super) fn find(&self, written: &str) -> Option<PathBuf> {
+        self.source.named(self.path.parent().unwrap_or(Path::new("")), written).ok()
+    }
+
     /// The files read so far.
     pub(super) fn read_paths(&self) -> Vec<PathBuf> {
-        self.source.paths.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.source.paths()
     }
 }
 
 /// A source that remembers what was read from it.
-struct Recorded<S> {
+pub(super) struct Recorded<S> {
     inner: S,
     paths: Mutex<Vec<PathBuf>>,
 }
 
 impl<S> Recorded<S> {
-    fn new(inner: S) -> Self {
+    pub(super) fn new(inner: S) -> Self {
         Self { inner, paths: Mutex::default() }
+    }
+
+    /// The files read so far.
+    pub(super) fn paths(&self) -> Vec<PathBuf> {
+        self.paths.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 

@@ -1,18 +1,19 @@
-//! INT, TERM and HUP. A verb that can stop by itself calls [`install`] and looks at the flag; every other
-//! verb ends at once. Either way the exit code is 75 and nothing half written stays: unfinished
+//! INT, TERM and HUP. Work that can stop by itself runs in [`polled`] and looks at the flag; everything else
+//! ends at once. Either way the exit code is 75 and nothing half written stays: unfinished
 //! files are registered here by `output` and removed.
 
 use super::report::INTERRUPTED;
+use groundglass::error::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 static POLLED: AtomicBool = AtomicBool::new(false);
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-fn flag() -> &'static Arc<AtomicBool> {
-    static FLAG: OnceLock<Arc<AtomicBool>> = OnceLock::new();
-    FLAG.get_or_init(Arc::default)
+fn flag() -> &'static AtomicBool {
+    static FLAG: AtomicBool = AtomicBool::new(false);
+    &FLAG
 }
 
 /// Starts to listen; called once, first.
@@ -31,11 +32,20 @@ pub(super) fn watch() {
     });
 }
 
-/// From now on the first signal only sets the flag that is returned: the verb stops by itself, and reports
-/// [`Cancelled`](groundglass::error::ErrorKind::Cancelled). A second signal ends the program at once.
-pub(super) fn install() -> Arc<AtomicBool> {
+/// Runs `work`, which looks at the flag it is given: meanwhile the first signal only sets the flag, and a second
+/// one ends the program at once.
+///
+/// # Errors
+/// Those of `work`; [`ErrorKind::Cancelled`] when a signal came, even after the last look at the flag.
+pub(super) fn polled<T>(work: impl FnOnce(&AtomicBool) -> Result<T>) -> Result<T> {
     POLLED.store(true, Ordering::SeqCst);
-    Arc::clone(flag())
+    let done = work(flag());
+    // In this order a signal either ends the program itself or is seen here.
+    POLLED.store(false, Ordering::SeqCst);
+    if flag().load(Ordering::SeqCst) {
+        return Err(Error::new(ErrorKind::Cancelled, "stopped before it was done"));
+    }
+    done
 }
 
 /// Runs `begin`, which creates `path`, so that an interrupt removes the file.

@@ -1,12 +1,12 @@
 //! `groundglass new MODEL.obj`: a first scene for a model, commented. Unlike a picture, a scene may hold
 //! somebody's work, so an existing file is replaced only with `--force`.
 
-use super::input::{self, RootArguments};
+use super::input::{self, Recorded, RootArguments};
 use super::output;
 use super::progress::Progress;
 use groundglass::error::{Error, Result};
-use groundglass::scene::AssetLoader;
 use groundglass::scene::starter::{self, Statistics};
+use groundglass::scene::{AssetLoader, Source};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -26,9 +26,8 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let model_name = arguments.model.display().to_string();
-    let model = arguments.model.canonicalize().map_err(|error| {
-        Error::invalid(format!("cannot be found: {error}")).in_file(&*model_name).remedy("check the path")
-    })?;
+    let source = Recorded::new(Box::new(input::files(arguments.root.root.as_deref())?) as Box<dyn Source>);
+    let model = source.argument(&arguments.model).map_err(|error| error.in_file(&*model_name))?;
     let target = arguments
         .output
         .clone()
@@ -39,18 +38,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             .remedy("give another name with -o, or --force to replace it"));
     }
     let written = relative(&folder_of(&target)?, &model)?;
-    let statistics = measure(&model, arguments.root.root.as_deref())?;
-    output::write_text(&target, &[model], &starter::scene_for(&statistics, &written))
+    let statistics = measure(&source, &model)?;
+    output::write_text(&target, &source.paths(), &starter::scene_for(&statistics, &written))
 }
 
 /// Bounds and covered sides of the model's triangles.
-fn measure(model: &Path, root: Option<&Path>) -> Result<Statistics> {
-    let files = input::files(root)?;
+fn measure(source: &dyn Source, model: &Path) -> Result<Statistics> {
     let folder = model.parent().unwrap_or(Path::new(""));
     let name = model.file_name().unwrap_or_default().to_string_lossy();
     let progress = Progress::new();
     let tell = |what: &str, done: u64, total: u64| progress.tell(what, done, total);
-    let mut loader = AssetLoader::new(&files, folder).with_progress(&tell);
+    let mut loader = AssetLoader::new(source, folder).with_progress(&tell);
     let loaded = loader.load_obj(&name);
     progress.finish();
     let loaded = loaded?;

@@ -5,6 +5,7 @@ use groundglass::camera::{Aperture, Standard};
 use groundglass::error::Warning;
 use groundglass::geometry::{Line, Plane};
 use groundglass::optics::Optics;
+use groundglass::scene::Scene;
 use std::fmt::Write;
 
 /// A length in the unit that reads best.
@@ -209,4 +210,26 @@ pub(crate) fn warnings(optics: &Optics, file: &str) -> Vec<Warning> {
         list.push(warn("the focus plane crosses the lens axis behind the lens".into()));
     }
     list
+}
+
+/// What a photographer should know before drawing this scene with its camera.
+pub(crate) fn scene_warnings(scene: &Scene, file: &str) -> Vec<Warning> {
+    let optics = &scene.optics;
+    let near = optics.camera().near.as_metres();
+    let is_seen = |corner: DVec3| optics.axis().dot(optics.world_from_lens().point_inverse(corner)) >= near;
+    // A mesh of which no corner of the box is seen is not seen either.
+    let any_seen = scene.meshes.iter().any(|mesh| {
+        (0..8).any(|i| {
+            let pick = |axis: usize| mesh.bounds[(i >> axis) & 1][axis];
+            is_seen(DVec3::new(pick(0), pick(1), pick(2)))
+        })
+    });
+    if scene.meshes.is_empty() || any_seen {
+        return Vec::new();
+    }
+    let message = format!(
+        "every mesh lies behind the lens or nearer than near_m ({}): the picture shows the background alone",
+        length(near)
+    );
+    vec![Warning { file: file.to_owned(), line: None, message }]
 }

@@ -21,61 +21,89 @@ pub(super) fn write_whole(
     fill: impl FnOnce(&mut BufWriter<File>) -> Result<()>,
 ) -> Result<()> {
     refuse_inputs(target, read)?;
-    let target = settle(target)?;
-    let temporary = Temporary::beside(&target)?;
+    let temporary = Temporary::beside(target)?;
     let mut writer = BufWriter::new(temporary.create()?);
     fill(&mut writer)?;
-    let failed = |error: io::Error| broken(&target, &error);
+    let failed = |error: io::Error| broken(target, &error);
     let file = writer.into_inner().map_err(|error| failed(error.into_error()))?;
     file.sync_all().map_err(failed)?;
     drop(file);
-    temporary.rename_to(&target)
+    temporary.finish()
 }
 
-/// Refuses a `target` that is one of the files in `read`, under whatever name. To be asked before the work,
-/// too: `write_whole` asks again.
+/// Asks before the work whether `target` can be written: a file can be made beside it. `write_whole` asks again.
+///
+/// # Errors
+/// As for [`write_whole`].
+pub(super) fn check(target: &Path, read: &[PathBuf]) -> Result<()> {
+    refuse_inputs(target, read)?;
+    Temporary::beside(target)?.create().map(drop)
+}
+
+/// Refuses a `target` that is one of the files in `read`, under whatever name.
 ///
 /// # Errors
 /// [`ErrorKind::Invalid`], naming the file.
 pub(super) fn refuse_inputs(target: &Path, read: &[PathBuf]) -> Result<()> {
-    let Ok(target_file) = target.canonicalize() else { return Ok(()) };
-    let same = |path: &PathBuf| path.canonicalize().is_ok_and(|path| path == target_file);
-    if read.iter().any(same) {
+    if read.iter().any(|path| is_same(path, target)) {
         return Err(Error::invalid("the output would replace a file that was read as input")
             .in_file(target.display().to_string())
-            .remedy("give another name with -o"));
+            .remedy("give another name"));
     }
     Ok(())
 }
 
-/// An error of writing, for use inside `fill` too.
-pub(super) fn broken(target: &Path, error: &io::Error) -> Error {
-    Error::new(ErrorKind::Io, format!("cannot be written: {error}")).in_file(target.display().to_string())
+/// Whether two paths lead to one file, through links and hard links; or would, when neither is there yet.
+pub(super) fn is_same(a: &Path, b: &Path) -> bool {
+    match (std::fs::metadata(a), std::fs::metadata(b)) {
+        #[cfg(unix)]
+        (Ok(a), Ok(b)) => {
+            use std::os::unix::fs::MetadataExt;
+            (a.dev(), a.ino()) == (b.dev(), b.ino())
+        }
+        #[cfg(not(unix))]
+        (Ok(_), Ok(_)) => a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b)),
+        (Err(_), Err(_)) => match (settle(a), settle(b)) {
+            (Ok(a), Ok(b)) => a == b,
+            _ => a == b,
+        },
+        _ => false,
+    }
 }
 
-/// The file to replace: links resolved, so that a link stays one.
+/// An error of writing, for use inside `fill` too.
+pub(super) fn broken(target: &Path, error: &io::Error) -> Error {
+    let text = error.to_string();
+    let reason = text.split(" (os error").next().unwrap_or_default().to_lowercase();
+    Error::new(ErrorKind::Io, format!("cannot be written: {reason}")).in_file(target.display().to_string())
+}
+
+/// The file to replace or to make: links resolved, so that a link stays one.
 fn settle(target: &Path) -> Result<PathBuf> {
     let refused = |message: &str, remedy: &str| {
         Err(Error::new(ErrorKind::Io, message.to_string())
             .in_file(target.display().to_string())
             .remedy(remedy))
     };
-    if target.file_name().is_none() {
-        return refused("names a folder, not a file", "give a file name with -o");
-    }
+    let Some(name) = target.file_name() else {
+        return refused("names a folder, not a file", "give a file's name");
+    };
     match std::fs::metadata(target) {
-        Ok(found) if found.is_dir() => refused("is a folder", "give a file name with -o"),
-        Ok(found) if !found.is_file() => refused("is not a regular file", "give a file name with -o"),
+        Ok(found) if found.is_dir() => refused("is a folder", "give a file's name"),
+        Ok(found) if !found.is_file() => refused("is not a regular file", "give a file's name"),
+        // Renaming would replace it all the same.
+        Ok(found) if found.permissions().readonly() => refused("is read-only", "give another name"),
         Ok(_) => target.canonicalize().map_err(|error| broken(target, &error)),
         Err(_) if target.is_symlink() => refused("is a link that leads nowhere", "remove it"),
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            match target.parent() {
-                Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
-                    return refused("its folder does not exist", "make the folder first");
-                }
-                _ => {}
+            let folder = match target.parent() {
+                Some(folder) if !folder.as_os_str().is_empty() => folder,
+                _ => Path::new("."),
+            };
+            match folder.canonicalize() {
+                Ok(folder) => Ok(folder.join(name)),
+                Err(_) => refused("its folder does not exist", "make the folder first"),
             }
-            Ok(target.to_path_buf())
         }
         Err(error) => Err(broken(target, &error)),
     }
@@ -85,29 +113,37 @@ fn settle(target: &Path) -> Result<PathBuf> {
 struct Temporary {
     path: PathBuf,
     target: PathBuf,
+    /// The target as the user named it, for errors.
+    shown: PathBuf,
 }
 
 impl Temporary {
     fn beside(target: &Path) -> Result<Self> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
-        let Some(name) = target.file_name() else {
+        let settled = settle(target)?;
+        let Some(name) = settled.file_name() else {
             return Err(Error::new(ErrorKind::Io, "names no file").in_file(target.display().to_string()));
         };
         // Long names are cut: the system limits a name's length, and the suffix must fit.
         let stem: String = name.to_string_lossy().chars().take(32).collect();
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
         let name = format!(".{stem}.{}-{count}.part", std::process::id());
-        Ok(Self { path: target.with_file_name(name), target: target.to_path_buf() })
+        Ok(Self { path: settled.with_file_name(name), target: settled, shown: target.to_path_buf() })
     }
 
     fn create(&self) -> Result<File> {
         let open = || OpenOptions::new().write(true).create_new(true).open(&self.path);
-        interrupt::register(&self.path, open).map_err(|error| broken(&self.target, &error))
+        interrupt::register(&self.path, open).map_err(|error| broken(&self.shown, &error))
     }
 
-    fn rename_to(self, target: &Path) -> Result<()> {
-        let rename = || std::fs::rename(&self.path, target);
-        interrupt::release(&self.path, rename).map_err(|error| broken(target, &error))
+    fn finish(self) -> Result<()> {
+        let rename = || {
+            if let Ok(found) = std::fs::metadata(&self.target) {
+                std::fs::set_permissions(&self.path, found.permissions())?;
+            }
+            std::fs::rename(&self.path, &self.target)
+        };
+        interrupt::release(&self.path, rename).map_err(|error| broken(&self.shown, &error))
     }
 }
 

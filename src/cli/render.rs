@@ -3,7 +3,7 @@
 use super::input::{self, Input, RootArguments};
 use super::progress::Progress;
 use super::stats::{self, Samples, Stats};
-use super::values::{Positive, Seconds};
+use super::values::{Pixels, Positive, Seconds};
 use super::{diagram, interrupt, optics_words, output, report};
 use groundglass::error::{Error, ErrorKind, Result};
 use groundglass::plan::effects;
@@ -33,8 +33,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "TIME", group = "budget")]
     pub(super) time_budget: Option<Seconds>,
     /// Width of the picture in pixels; the height follows
-    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(1..=65_536))]
-    pub(super) width: Option<u32>,
+    #[arg(long, value_name = "PX")]
+    pub(super) width: Option<Pixels>,
     /// Number of threads; all cores by default. The picture does not depend on it
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
@@ -75,6 +75,9 @@ impl Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let (path, format) = arguments.output()?;
+    if arguments.stats.as_ref().is_some_and(|stats| output::is_same(stats, &path)) {
+        return Err(Error::new(ErrorKind::Usage, "-o and --stats name one file").remedy("give two names"));
+    }
     for (given, name) in
         [(arguments.max_error.is_some(), "--max-error"), (arguments.time_budget.is_some(), "--time-budget")]
     {
@@ -87,37 +90,44 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         None => Input::builtin()?,
     };
     input.scene.refuse_unbuilt_effects(arguments.samples.is_some())?;
-    let cancel = interrupt::install();
-    if arguments.output.is_none() {
-        make_folder(path.parent())?;
+    // What cannot be written is said before the work, and again when the files that are read are known.
+    let named = [arguments.output.as_ref(), arguments.stats.as_ref()];
+    for output in named.into_iter().flatten() {
+        output::check(output, &input.read_paths())?;
     }
     let (clock, scene) = (Instant::now(), load(&input, arguments)?);
     let load_seconds = clock.elapsed().as_secs_f64();
     report::warnings(&scene.warnings);
     report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
-    let read = input.read_paths();
-    for output in [Some(&path), arguments.stats.as_ref()].into_iter().flatten() {
-        output::refuse_inputs(output, &read)?;
-    }
+    report::warnings(&optics_words::scene_warnings(&scene, &input.name()));
     if let Some(available) = stats::available_memory() {
         scene.check_memory(available)?;
+    }
+    let read = input.read_paths();
+    if arguments.output.is_none() {
+        make_folder(path.parent())?;
+    }
+    for output in [Some(&path), arguments.stats.as_ref()].into_iter().flatten() {
+        output::check(output, &read)?;
     }
 
     let progress = Progress::new();
     let tell = |done: usize, total: usize| progress.tell("rendering", done as u64, total as u64);
     let threads = arguments.threads.map(usize::from);
-    let execution = Execution { threads, cancel: Some(&cancel), progress: Some(&tell) };
     let (clock, cpu) = (Instant::now(), stats::cpu_seconds());
-    let rendered = render(&scene, execution);
+    let rendered = interrupt::polled(|cancel| {
+        render(&scene, Execution { threads, cancel: Some(cancel), progress: Some(&tell) })
+    });
     let (render_seconds, cpu_seconds) = (clock.elapsed().as_secs_f64(), stats::cpu_seconds() - cpu);
     progress.finish();
-    let (exposure, counts) = rendered?;
+    let (exposure, counts) = rendered.map_err(|error| error.in_file(input.name()))?;
 
     let notes = stats::notes(&scene, &exposure);
     output::write_whole(&path, &read, |file| match format {
         Format::Png => exposure.write_png(scene.render.exposure_ev, &notes, file),
         Format::Exr => exposure.write_exr(&notes, file),
-    })?;
+    })
+    .map_err(|error| error.in_file(path.display().to_string()))?;
     let stats = Stats {
         width: exposure.width(),
         height: exposure.height(),
@@ -147,10 +157,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 
 /// Loads the scene, with what the flags replace.
 fn load(input: &Input, arguments: &Arguments) -> Result<Scene> {
-    // Asked before anything is loaded: a size that cannot be is the cheaper error.
-    let (width, height) = input.scene.picture_size(arguments.width)?;
-    let mut scene = input.load()?;
-    (scene.render.width, scene.render.height) = (width, height);
+    let mut scene = input.load_at(arguments.width.map(|width| width.0))?;
     if let Some(samples) = arguments.samples {
         scene.render.samples = samples;
     }

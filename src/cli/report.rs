@@ -19,9 +19,7 @@ pub(super) const INTERRUPTED: u8 = 75;
 pub(super) fn print(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Error::new(ErrorKind::Io, format!("cannot write to standard output: {error}")))
-        }
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(full(&error)),
         _ => Ok(()),
     }
 }
@@ -45,9 +43,19 @@ pub(super) fn failure(error: &Error) -> ExitCode {
 
 /// Reports what the argument parser has to say: an error, or the help or version that was asked for.
 pub(super) fn usage(error: &clap::Error) -> ExitCode {
-    // A closed pipe is all that can go wrong here, and then nobody listens.
-    let _ = error.print();
-    if error.use_stderr() { ExitCode::from(USAGE) } else { ExitCode::SUCCESS }
+    let printed = error.print().and_then(|()| io::stdout().flush());
+    if error.use_stderr() {
+        // Nobody can be told that standard error is closed.
+        return ExitCode::from(USAGE);
+    }
+    match printed {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => failure(&full(&error)),
+        _ => ExitCode::SUCCESS,
+    }
+}
+
+fn full(error: &io::Error) -> Error {
+    Error::new(ErrorKind::Io, format!("cannot write to standard output: {error}"))
 }
 
 /// Reports warnings, one line each.

@@ -7,7 +7,7 @@ use super::values::{Distance, PlaneValue, PointsValue};
 use super::{new, optics_words, output, report};
 use clap::ValueEnum;
 use groundglass::camera::Camera;
-use groundglass::error::{Error, ErrorKind, Result};
+use groundglass::error::{Error, ErrorKind, Place, Result};
 use groundglass::optics::{Adjust, FocusTarget, Optics, Unsolvable, solve, upright};
 use groundglass::scene::{Focus, with_movements};
 use serde::Serialize;
@@ -65,7 +65,15 @@ impl Arguments {
         };
         let adjust = adjust.or(file.map(|focus| focus.adjust)).unwrap_or_default();
         match (given, file) {
-            (Some(target), _) => Some(Focus { target, adjust, place: Default::default() }),
+            (Some(target), _) => {
+                let key = match target {
+                    FocusTarget::Plane { .. } => "--plane",
+                    FocusTarget::Points(_) => "--points",
+                    FocusTarget::Distance(_) => "--distance",
+                };
+                let place = Place { key: Some(key.to_owned()), ..Place::default() };
+                Some(Focus { target, adjust, place })
+            }
             (None, Some(focus)) => Some(Focus { adjust, ..focus.clone() }),
             (None, None) => None,
         }
@@ -123,13 +131,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
                 ErrorKind::Usage,
                 "--upright sets the rear standard, so the front one must be adjusted",
             )
-            .remedy("leave out --adjust rear"));
+            .remedy("give --adjust front"));
         }
-        camera = upright(&camera, scene.up).map_err(Error::from)?;
+        camera = upright(&camera, scene.up).map_err(|why| Error::from(why).in_file(input.name()))?;
     }
     let solved = match solve(&camera, &focus.target, focus.adjust) {
         Ok(solved) => solved,
-        Err(why) => return refuse(arguments, &focus, why),
+        Err(why) => return refuse(arguments, &input.name(), &focus, why),
     };
     let optics = Optics::new(&solved)?;
     if let Some(target) = &arguments.write {
@@ -154,7 +162,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// No movement does it: says which limit stops it, and the nearest plane that can be had.
-fn refuse(arguments: &Arguments, focus: &Focus, why: Unsolvable) -> Result<()> {
+fn refuse(arguments: &Arguments, file: &str, focus: &Focus, why: Unsolvable) -> Result<()> {
     if arguments.json {
         report::print_json(&Answer {
             solved: false,
@@ -168,6 +176,8 @@ fn refuse(arguments: &Arguments, focus: &Focus, why: Unsolvable) -> Result<()> {
         None => "ask for another plane, or move the camera".to_owned(),
         Some(nearest) => {
             let [x, y, z, e] = optics_json::plane(nearest.plane);
+            // What rounding left of a zero.
+            let [x, y, z] = [x, y, z].map(|v| if v.abs() < 1e-15 { 0.0 } else { v });
             format!(
                 "the nearest parallel plane that can be sharp lies {} away: \
                  --plane \"{},{},{};{x},{y},{z}\" (front {}; rear {})",
@@ -183,23 +193,30 @@ fn refuse(arguments: &Arguments, focus: &Focus, why: Unsolvable) -> Result<()> {
     if arguments.upright {
         remedy.push_str("; without --upright more can be had");
     }
-    Err(Error::no_solution(why.message).at(focus.place.clone()).remedy(remedy))
+    Err(Error::no_solution(why.message).at(focus.place.clone()).in_file(file).remedy(remedy))
 }
 
 /// Writes the scene with the movements found and without its target.
 fn write(input: &input::Input, camera: &Camera, target: &Path) -> Result<()> {
     let from = input.path.parent().unwrap_or(Path::new("."));
     let to = new::folder_of(target)?;
-    let moved = |path: &str| {
-        let file = from.join(path);
-        match file.canonicalize() {
-            // The same folder, or a mesh that is not there: the path stays as it is written.
-            Ok(file) if to != from => new::relative(&to, &file).unwrap_or_else(|_| path.to_owned()),
-            _ => path.to_owned(),
-        }
+    let back = new::relative(&to, from)?;
+    let moved = |path: &str| match input.find(path) {
+        _ if to == from => path.to_owned(),
+        Some(file) => new::relative(&to, &file).unwrap_or_else(|_| path.to_owned()),
+        // A mesh that is not there: from the old folder, as it was written.
+        None => format!("{back}/{path}"),
     };
     let text = with_movements(input.scene.document.text(), camera, moved)?;
-    output::write_text(target, &[], &text)
+    // The scene itself may be replaced by its solution, but nothing that is no scene.
+    let is_scene = target.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
+    if target.is_file() && !is_scene && !output::is_same(target, &input.path) {
+        return Err(Error::invalid("there is a file of this name already, and it is no scene")
+            .in_file(target.display().to_string())
+            .remedy("give a name that ends in .toml with --write"));
+    }
+    let meshes: Vec<PathBuf> = input.scene.meshes.iter().filter_map(|mesh| input.find(&mesh.path)).collect();
+    output::write_text(target, &meshes, &text)
 }
 
 #[cfg(test)]
@@ -231,7 +248,7 @@ mod tests {
         assert_eq!((front.adjust, front.place.line), (Adjust::Front, Some(7)));
         let given = focus(&["--points", "-1,0,0;1,0,0;0,1,0"], Some(&file)).unwrap();
         assert!(matches!(given.target, FocusTarget::Points(_)) && given.adjust == Adjust::Rear);
-        assert_eq!(given.place.line, None);
+        assert_eq!((given.place.line, given.place.key.as_deref()), (None, Some("--points")));
         let given = focus(&["--distance", "inf"], None).unwrap();
         assert_eq!(given.target, FocusTarget::Distance(f64::INFINITY));
         assert!(Whole::try_parse_from(["s", "s.toml", "--distance", "1", "--plane", "0,0,0;0,1,0"]).is_err());

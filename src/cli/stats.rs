@@ -47,12 +47,24 @@ pub(super) fn cpu_seconds() -> f64 {
     }
 }
 
-/// Bytes of memory that can be had without swapping; `None` where the system does not say.
+/// Bytes of memory that this process can still have without swapping, by the system's count, the control group's
+/// limit and the limit of the address space; `None` where nothing of that is told.
 pub(super) fn available_memory() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find(|line| line.starts_with("MemAvailable:"))?;
-    let kibibytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some(kibibytes * 1024)
+    let text = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
+    let number = |text: &str| text.trim().parse::<u64>().ok();
+    let field = |text: &str, name: &str| {
+        let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+        number(line.split_whitespace().next()?)
+    };
+    let free = field(&text("/proc/meminfo"), "MemAvailable:").map(|kib| kib.saturating_mul(1024));
+    let group = |limit: &str, used: &str| Some(number(&text(limit))?.saturating_sub(number(&text(used))?));
+    let groups = [
+        group("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),
+        group("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes"),
+    ];
+    let used = field(&text("/proc/self/status"), "VmSize:").map_or(0, |kib| kib.saturating_mul(1024));
+    let space = field(&text("/proc/self/limits"), "Max address space").map(|most| most.saturating_sub(used));
+    [free, space].into_iter().chain(groups).flatten().min()
 }
 
 /// Notes that go into a picture file: how it was made, and nothing of clock, threads or machine.

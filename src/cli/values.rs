@@ -117,6 +117,24 @@ impl FromStr for Seconds {
     }
 }
 
+/// A number of pixels; beyond `u32` the largest, which is refused as too large later, not as wrong usage.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Pixels(pub(super) u32);
+
+impl FromStr for Pixels {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let is_number = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+        match text.parse() {
+            Ok(0) => Err("a picture is at least 1 pixel wide".into()),
+            Ok(pixels) => Ok(Self(pixels)),
+            Err(_) if is_number => Ok(Self(u32::MAX)),
+            Err(_) => Err("a whole number of pixels is needed".into()),
+        }
+    }
+}
+
 /// A finite number above 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Positive(pub(super) f64);
@@ -155,6 +173,14 @@ mod tests {
         }
         for (text, seconds) in [("2s", 2.0), ("500 ms", 0.5), ("2min", 120.0), ("1.5", 1.5)] {
             assert_eq!(text.parse(), Ok(Seconds(seconds)));
+        }
+        for (text, pixels) in
+            [("1", 1), ("960", 960), ("1000000000", 1_000_000_000), ("99999999999", u32::MAX)]
+        {
+            assert_eq!(text.parse(), Ok(Pixels(pixels)));
+        }
+        for wrong in ["", "0", "-1", "1.5", "1e3", "x"] {
+            assert!(wrong.parse::<Pixels>().is_err(), "{wrong}");
         }
         assert!("s".parse::<Seconds>().is_err() && "-1s".parse::<Seconds>().is_err());
     }

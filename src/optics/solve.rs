@@ -149,7 +149,11 @@ fn focus_at(camera: &Camera, distance: f64) -> Result<Camera, Unsolvable> {
     if distance.is_nan() || distance <= f {
         return Err(fail(
             Limit::NoRealImage,
-            format!("distance_m = {distance} is not beyond the focal length of {}: no real image", metres(f)),
+            format!(
+                "a distance of {} is not beyond the focal length of {}: no real image",
+                metres(distance),
+                metres(f)
+            ),
         ));
     }
     let n = camera.rear.rotation().z_axis;
@@ -309,10 +313,13 @@ fn nearest_parallel(camera: &Camera, plane: Plane, adjust: Adjust) -> Option<Nea
                     let middle = 0.5 * (no + yes);
                     if at(side * middle).is_some() { yes = middle } else { no = middle }
                 }
-                if let Some(solved) = at(side * yes)
-                    && best.is_none_or(|(miss, _)| yes < miss.abs())
+                // A little inside, so that the answer survives the rounding of its own numbers.
+                let inside = yes + 1e-6 * f;
+                let found = at(side * inside).map(|solved| (inside, solved));
+                if let Some((miss, solved)) = found.or_else(|| Some((yes, at(side * yes)?)))
+                    && best.is_none_or(|(other, _)| miss < other.abs())
                 {
-                    best = Some((side * yes, solved));
+                    best = Some((side * miss, solved));
                 }
                 break;
             }

@@ -44,6 +44,7 @@ pub struct AssetLoader<'a> {
     models: HashMap<PathBuf, Arc<Model>>,
     textures: HashMap<(PathBuf, Use), Decoded>,
     texture_bytes: u64,
+    texture_limit: u64,
     warnings: Vec<Warning>,
     digests: Vec<Digest>,
 }
@@ -61,6 +62,7 @@ impl<'a> AssetLoader<'a> {
             models: HashMap::new(),
             textures: HashMap::new(),
             texture_bytes: 0,
+            texture_limit: TEXTURES_LIMIT,
             warnings: Vec::new(),
             digests: Vec::new(),
         }
@@ -70,6 +72,13 @@ impl<'a> AssetLoader<'a> {
     #[must_use]
     pub fn with_progress(mut self, progress: &'a Progress<'a>) -> Self {
         self.progress = Some(progress);
+        self
+    }
+
+    /// Limits the memory for textures to `bytes`, if that is less than the usual limit.
+    #[must_use]
+    pub fn with_memory(mut self, bytes: u64) -> Self {
+        self.texture_limit = self.texture_limit.min(bytes);
         self
     }
 
@@ -257,8 +266,9 @@ impl<'a> AssetLoader<'a> {
                 .collect();
             let bytes = |decoded: &Decoded| decoded.0.as_ref().map_or(0, |texture| texture.bytes());
             self.texture_bytes += decoded.iter().map(bytes).sum::<u64>();
-            if self.texture_bytes > TEXTURES_LIMIT {
-                let message = format!("the textures take more than {} GiB", TEXTURES_LIMIT >> 30);
+            if self.texture_bytes > self.texture_limit {
+                let gigabytes = self.texture_limit as f64 / 1e9;
+                let message = format!("the textures take more than {gigabytes:.1} GB");
                 return Err(Error::new(ErrorKind::TooLarge, message).remedy("make them smaller"));
             }
             self.textures.extend(some.iter().cloned().zip(decoded));

@@ -9,8 +9,8 @@ use crate::optics::{Adjust, FocusTarget};
 use crate::quantity::{Angle, Length};
 use glam::DVec3;
 
-/// The longest side of a picture in pixels.
-pub const MAX_PICTURE_SIDE: u32 = 65_536;
+/// The longest side of a picture in pixels: what 16-bit pixel boxes hold.
+pub const MAX_PICTURE_SIDE: u32 = 32_767;
 
 /// A validated scene. World coordinates are metres in f64.
 #[derive(Clone, Debug)]
@@ -131,14 +131,14 @@ impl SceneDescription {
         self.document.place(&format!("mesh[{index}].path"))
     }
 
-    /// Width and height of the picture in pixels; `width` replaces the file's. The height follows from the
+    /// Width and height of the picture in pixels; a width that is `given` replaces the file's. The height follows from the
     /// film's shape, rounds half up and is at least 1.
     ///
     /// # Errors
     /// [`ErrorKind::TooLarge`] when a side is more than [`MAX_PICTURE_SIDE`];
     /// [`ErrorKind::Invalid`] for a width of 0.
-    pub fn picture_size(&self, width: Option<u32>) -> Result<(u32, u32)> {
-        let width = width.unwrap_or(self.render.width);
+    pub fn picture_size(&self, given: Option<u32>) -> Result<(u32, u32)> {
+        let width = given.unwrap_or(self.render.width);
         let [film_width, film_height] = self.film_mm;
         let height = (f64::from(width) * film_height / film_width + 0.5).floor().max(1.0);
         if width == 0 {
@@ -151,7 +151,10 @@ impl SceneDescription {
                     "a picture of {width} x {height} pixels; a side has at most {MAX_PICTURE_SIDE} pixels"
                 ),
             )
-            .at(self.document.place("render.width"))
+            .at(match given {
+                Some(_) => Place { file: Some(self.document.name().to_owned()), ..Place::default() },
+                None => self.document.place("render.width"),
+            })
             .remedy("give a smaller width"));
         }
         Ok((width, height as u32))

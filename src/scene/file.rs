@@ -253,7 +253,7 @@ pub(crate) struct SkyTable {
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct RenderTable {
     /// Width of the picture in pixels; the height follows from the film's shape.
-    #[schemars(range(min = 1, max = 65536), example = 960)]
+    #[schemars(range(min = 1, max = 32767), example = 960)]
     pub(crate) width: u32,
     /// Samples for each pixel, exactly; 256 when neither `max_error` nor `time_budget_s` is given.
     #[schemars(range(min = 1, max = 16_777_216), example = 256)]

@@ -62,6 +62,8 @@ pub struct PictureSettings {
 pub struct MeshSummary {
     /// As written in the scene file.
     pub path: String,
+    /// Where it stands.
+    pub placement: Placement,
     /// The sum over faces of corners - 2.
     pub triangles: usize,
     /// Materials that faces use and the file names.
@@ -72,34 +74,65 @@ pub struct MeshSummary {
     pub bounds: [DVec3; 2],
 }
 
+/// How a scene is loaded.
+#[derive(Clone, Copy, Default)]
+pub struct LoadSettings<'a> {
+    /// Called while loading.
+    pub progress: Option<&'a Progress<'a>>,
+    /// Width of the picture in pixels, in place of the file's.
+    pub width: Option<u32>,
+    /// Most memory for the geometry of all meshes, and for their textures, in bytes.
+    pub memory: Option<u64>,
+}
+
 impl SceneDescription {
     /// Loads all meshes from `source`; `folder` is the scene file's, as `source` knows it.
     ///
     /// # Errors
-    /// Those of [`Self::optics`], [`Self::picture_size`] and [`AssetLoader::load_obj`], with the mesh's line.
+    /// Those of [`Self::load_with`].
     pub fn load(&self, source: &dyn Source, folder: &Path, progress: Option<&Progress<'_>>) -> Result<Scene> {
+        self.load_with(source, folder, LoadSettings { progress, ..LoadSettings::default() })
+    }
+
+    /// As [`Self::load`], with settings.
+    ///
+    /// # Errors
+    /// Those of [`Self::optics`], [`Self::picture_size`] and [`AssetLoader::load_obj`], with the mesh's line;
+    /// [`ErrorKind::TooLarge`] beyond the memory allowed.
+    pub fn load_with(&self, source: &dyn Source, folder: &Path, settings: LoadSettings<'_>) -> Result<Scene> {
         let optics = self.optics()?;
-        let (width, height) = self.picture_size(None)?;
+        let (width, height) = self.picture_size(settings.width)?;
         let mut loader = AssetLoader::new(source, folder);
-        if let Some(progress) = progress {
+        if let Some(progress) = settings.progress {
             loader = loader.with_progress(progress);
         }
+        if let Some(most) = settings.memory {
+            loader = loader.with_memory(most);
+        }
+        // All models first (one that several meshes name is held once), so that the memory for all is asked for once.
+        let mut models = Vec::new();
         let mut surfaces = Surfaces::default();
-        let mut meshes = Vec::new();
         for (index, entry) in self.meshes.iter().enumerate() {
-            let place = || self.mesh_place(index);
             let model = loader
                 .load_obj(&entry.path)
-                .map_err(|error| named_by(error, self.document.name(), &place()))?;
+                .map_err(|error| named_by(error, self.document.name(), &self.mesh_place(index)))?;
+            models.push(model);
+        }
+        surfaces
+            .reserve(&models, settings.memory)
+            .map_err(|error| error.at(self.mesh_place(self.meshes.len().saturating_sub(1))))?;
+        let mut meshes = Vec::new();
+        for (index, (entry, model)) in self.meshes.iter().zip(&models).enumerate() {
             let placement =
                 Placement { scale: entry.scale, rotate_y: entry.rotate_y, translate: entry.translate };
             let first = surfaces.positions.len();
-            surfaces.add(&model, &placement).map_err(|error| error.at(place()))?;
+            surfaces.add(model, &placement).map_err(|error| error.at(self.mesh_place(index)))?;
             let start = [DVec3::INFINITY, DVec3::NEG_INFINITY];
             let bounds =
                 surfaces.positions[first..].iter().fold(start, |[low, high], &p| [low.min(p), high.max(p)]);
             meshes.push(MeshSummary {
                 path: entry.path.clone(),
+                placement,
                 triangles: model.triangles.len(),
                 materials: model.named_materials,
                 textures: model.textures,
@@ -131,11 +164,16 @@ impl SceneDescription {
     }
 }
 
-/// An asset's error with the line of the scene that asked for it, unless it has a line of its own to show.
+/// An asset's error with the line of the scene that asked for it: as its place where it has none of its own.
 fn named_by(error: Error, scene: &str, place: &Place) -> Error {
-    let Some(line) = place.line.filter(|_| error.place().line.is_none()) else { return error };
-    let named = Error::new(error.kind(), format!("{} (named in {scene}:{line})", error.message()))
-        .at(error.place().clone());
+    let named = match (&error.place().file, place.line) {
+        (None, _) => Error::new(error.kind(), error.message()).at(place.clone()),
+        (Some(_), Some(line)) if error.place().line.is_none() => {
+            Error::new(error.kind(), format!("{} (named in {scene}:{line})", error.message()))
+                .at(error.place().clone())
+        }
+        _ => return error,
+    };
     match error.remedy_text() {
         Some(remedy) => named.remedy(remedy),
         None => named,
@@ -176,7 +214,7 @@ impl Scene {
             self.render
         );
         for mesh in &self.meshes {
-            text.push_str(&format!("{:?} ", mesh.bounds));
+            text.push_str(&format!("{:?} {:?} ", mesh.placement, mesh.bounds));
         }
         let mut bytes = text.into_bytes();
         bytes.extend_from_slice(&self.assets_digest);

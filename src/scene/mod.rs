@@ -41,7 +41,7 @@ pub use description::{
 };
 pub use document::{Document, SIZE_LIMIT};
 pub use file::{SceneFile, parse};
-pub use load::{MeshSummary, PictureSettings, Scene};
+pub use load::{LoadSettings, MeshSummary, PictureSettings, Scene};
 pub use material::Material;
 pub use mesh::{Model, NONE, Triangle};
 pub use rewrite::with_movements;

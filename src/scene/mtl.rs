@@ -69,6 +69,12 @@ pub(crate) fn read(bytes: &[u8], file: &str, warnings: &mut Warnings) -> Result<
     Ok(entries)
 }
 
+/// Most of a channel of a colour; the scene's own lights have the same limit.
+const BRIGHTEST: f64 = 1e9;
+
+/// Most of a scale or an offset of texture coordinates.
+const FARTHEST: f64 = 1e9;
+
 struct Work<'a> {
     file: &'a str,
     warnings: &'a mut Warnings,
@@ -131,7 +137,12 @@ impl Work<'_> {
         if colour.iter().any(|&value| value < 0.0) {
             self.warn(statement, "negative", || format!("`{keyword}` is negative; 0 is used"));
         }
-        let [r, g, b] = colour.map(|value| value.max(0.0));
+        if colour.iter().any(|&value| value > BRIGHTEST) {
+            self.warn(statement, "bright", || {
+                format!("`{keyword}` is more than {BRIGHTEST:e}; that is used")
+            });
+        }
+        let [r, g, b] = colour.map(|value| value.clamp(0.0, BRIGHTEST));
         let _ = writeln!(self.text, "{keyword} {r} {g} {b}");
     }
 
@@ -196,11 +207,14 @@ impl Work<'_> {
 
     /// Takes `-s` and `-o`; warns of others that would show.
     fn option(&mut self, statement: &Statement<'_>, option: &str, values: &[&str], map: &mut Map) {
-        let number = |at: usize, default: f64| {
-            values
-                .get(at)
-                .map_or(default, |word| word.parse().ok().filter(|v: &f64| v.is_finite()).unwrap_or(default))
-        };
+        let parsed = |word: &&str| word.parse().ok().filter(|v: &f64| v.abs() <= FARTHEST);
+        let number = |at: usize, default: f64| values.get(at).and_then(parsed).unwrap_or(default);
+        if matches!(option, "-s" | "-o") && values.iter().take(2).any(|word| parsed(word).is_none()) {
+            let keyword = statement.keyword();
+            self.warn(statement, "far", || {
+                format!("a number of option `{option}` of `{keyword}` is not finite or beyond {FARTHEST:e}; it is left out")
+            });
+        }
         let shows = match option {
             "-s" => {
                 map.scale = [number(0, 1.0), number(1, 1.0)];
@@ -266,6 +280,8 @@ mod tests {
             "map_Kd",
             "map_Ke a.png",
             "Ke -1",
+            "map_Kd -s nan a.png",
+            "map_Kd -o 0 1e30 a.png",
         ] {
             let (list, warnings) = run(&format!("newmtl a\n{bad}\n"));
             assert_eq!(warnings, 1, "{bad}");

@@ -152,14 +152,18 @@ fn number(value: &DeValue<'_>, schema: &Value) -> Result<(), String> {
     if let Some(least) = bound("exclusiveMinimum")
         && number <= least
     {
-        return Err(format!("must be greater than {least}, not {number}"));
+        return Err(format!("must be greater than {least}, not {}", plain(number)));
     }
     match (bound("minimum"), bound("maximum")) {
         (Some(least), _) if number <= 0.0 && least > 0.0 && least < 1.0 => {
-            Err(format!("must be positive, not {number}"))
+            Err(format!("must be positive, not {}", plain(number)))
         }
-        (Some(least), _) if number < least => Err(format!("must be at least {}, not {number}", plain(least))),
-        (_, Some(most)) if number > most => Err(format!("must be at most {}, not {number}", plain(most))),
+        (Some(least), _) if number < least => {
+            Err(format!("must be at least {}, not {}", plain(least), plain(number)))
+        }
+        (_, Some(most)) if number > most => {
+            Err(format!("must be at most {}, not {}", plain(most), plain(number)))
+        }
         _ => Ok(()),
     }
 }

@@ -5,6 +5,7 @@ use super::mesh::{Model, NONE};
 use crate::error::{Error, ErrorKind, Result};
 use crate::quantity::Angle;
 use glam::{DMat3, DVec3, Vec2, Vec3};
+use std::sync::Arc;
 
 /// Where a mesh stands: `world = translate + Ry(rotate_y) (scale * v)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +52,41 @@ pub struct Surfaces {
     pub materials: Vec<Material>,
 }
 
+/// Coordinates beyond this, in metres, are refused: products of a few of them would leave the range of f64.
+const FARTHEST: f64 = 1e100;
+
 impl Surfaces {
+    /// Makes room for models, at most `most` bytes.
+    ///
+    /// # Errors
+    /// [`ErrorKind::TooLarge`] when there is not so much memory.
+    pub(crate) fn reserve(&mut self, models: &[Arc<Model>], most: Option<u64>) -> Result<()> {
+        let count = |of: fn(&Model) -> usize| models.iter().map(|model| of(model)).sum::<usize>();
+        let (positions, normals) = (count(|m| m.positions.len()), count(|m| m.normals.len()));
+        let (texcoords, triangles) = (count(|m| m.texcoords.len()), count(|m| m.triangles.len()));
+        let materials = count(|m| m.materials.len());
+        let bytes = positions * size_of::<DVec3>()
+            + normals * size_of::<Vec3>()
+            + texcoords * size_of::<Vec2>()
+            + triangles * (size_of::<[u32; 3]>() + size_of::<Attributes>())
+            + materials * size_of::<Material>();
+        let mut reserved = || {
+            self.positions.try_reserve_exact(positions)?;
+            self.normals.try_reserve_exact(normals)?;
+            self.texcoords.try_reserve_exact(texcoords)?;
+            self.triangles.try_reserve_exact(triangles)?;
+            self.attributes.try_reserve_exact(triangles)?;
+            self.materials.try_reserve_exact(materials)
+        };
+        if most.is_some_and(|most| bytes as u64 > most) || reserved().is_err() {
+            let gigabytes = bytes as f64 / 1e9;
+            let message =
+                format!("the meshes take {gigabytes:.1} GB together, and there is not so much memory");
+            return Err(Error::new(ErrorKind::TooLarge, message).remedy("leave out meshes"));
+        }
+        Ok(())
+    }
+
     /// Adds a model where `placement` puts it.
     ///
     /// # Errors
@@ -75,9 +110,10 @@ impl Surfaces {
         let [positions, normals, texcoords, materials] = first.map(|n| n as u32);
         self.positions
             .extend(model.positions.iter().map(|&v| placement.translate + rotation * (v * placement.scale)));
-        if self.positions[positions as usize..].iter().any(|p| !p.is_finite()) {
-            return Err(Error::invalid("scale and translation take a vertex out of the range of numbers")
-                .remedy("use a smaller scale"));
+        let is_far = |p: &DVec3| !p.is_finite() || p.abs().max_element() > FARTHEST;
+        if self.positions[positions as usize..].iter().any(is_far) {
+            return Err(Error::invalid(format!("a vertex lies more than {FARTHEST:e} m from the origin"))
+                .remedy("use a smaller scale, or mend the mesh"));
         }
         self.normals.extend(model.normals.iter().map(|&n| (rotation * n.as_dvec3()).as_vec3()));
         self.texcoords.extend_from_slice(&model.texcoords);

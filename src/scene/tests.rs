@@ -199,7 +199,7 @@ fn every_wrong_value_names_line_key_and_remedy() {
         ("", "[focus]\ncircle_of_confusion_mm = 0", 9, "focus.circle_of_confusion_mm", &["positive"]),
         ("", "[[mesh]]\npath = \"a.obj\"\nscale = 0", 10, "mesh[0].scale", &["positive"]),
         ("", "[render]\nwidth = 0", 9, "render.width", &["at least 1"]),
-        ("", "[render]\nwidth = 99999999999999", 9, "render.width", &["at most 65536"]),
+        ("", "[render]\nwidth = 99999999999999", 9, "render.width", &["at most 32767"]),
         ("", "[render]\nsamples = 0", 9, "render.samples", &["at least 1"]),
         ("", "[render]\nseed = -1", 9, "render.seed", &["at least 0"]),
         ("", "[render]\nexposure_ev = inf", 9, "render.exposure_ev", &["finite"]),

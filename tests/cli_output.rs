@@ -1,0 +1,216 @@
+//! Files that the program writes: whole or not at all, never over what it read, and what stops it is said early.
+
+#[path = "common/program.rs"]
+mod program;
+
+use program::{CAMERA, SMALL, command, finish, folder, names, run};
+use std::fs;
+use std::path::Path;
+
+/// A scene with a material and a texture, and what is in its folder.
+fn textured() -> (tempfile::TempDir, std::path::PathBuf) {
+    let (keep, path) = folder(&format!("{CAMERA}{SMALL}"));
+    let obj = format!("mtllib t.mtl\nusemtl m\n{}", program::TRIANGLE);
+    fs::write(path.join("t.obj"), obj).unwrap();
+    fs::write(path.join("t.mtl"), "newmtl m\nmap_Kd k.png\n").unwrap();
+    let brick = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/tower/textures/brick.png");
+    fs::copy(brick, path.join("k.png")).unwrap();
+    (keep, path)
+}
+
+#[test]
+fn no_output_replaces_what_was_read() {
+    let (_keep, folder) = textured();
+    let before = |name: &str| fs::read(folder.join(name)).unwrap();
+    let inputs = ["scene.toml", "t.obj", "t.mtl", "k.png"];
+    let kept: Vec<Vec<u8>> = inputs.iter().map(|name| before(name)).collect();
+    fs::create_dir(folder.join("in")).unwrap();
+    for name in inputs {
+        let words = ["render", "scene.toml", "-o", "o.png", "--stats", name];
+        run(&folder, &words).expect(2, &[name, "read as input"]);
+        run(&folder, &["render", "scene.toml", "-o", "o.png", "--stats", &format!("in/../{name}")])
+            .expect(2, &[name]);
+    }
+    run(&folder, &["render", "scene.toml", "-o", "k.png"]).expect(2, &["k.png"]);
+    for name in ["t.mtl", "k.png", "t.obj"] {
+        run(&folder, &["new", "t.obj", "-o", name, "--force"]).expect(2, &[name]);
+        run(&folder, &["solve", "scene.toml", "--distance", "8", "--write", name]).expect(2, &[name]);
+    }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("k.png", folder.join("link.png")).unwrap();
+        fs::hard_link(folder.join("k.png"), folder.join("hard.png")).unwrap();
+        for name in ["link.png", "hard.png"] {
+            run(&folder, &["render", "scene.toml", "-o", name]).expect(2, &[name, "read as input"]);
+        }
+    }
+    for (name, bytes) in inputs.iter().zip(kept) {
+        assert!(before(name) == bytes, "{name} was changed");
+    }
+    assert!(!names(&folder).iter().any(|name| name == "o.png" || name.ends_with(".part")));
+}
+
+#[test]
+fn one_file_for_picture_and_stats_is_wrong_usage() {
+    let (_keep, folder) = textured();
+    for stats in ["o.png", "./o.png"] {
+        run(&folder, &["render", "scene.toml", "-o", "o.png", "--stats", stats]).expect(64, &["--stats"]);
+    }
+    assert!(!folder.join("o.png").exists());
+}
+
+#[test]
+fn what_cannot_be_written_is_3_and_leaves_nothing() {
+    let (_keep, folder) = textured();
+    fs::create_dir(folder.join("dir.png")).unwrap();
+    fs::write(folder.join("locked.png"), "x").unwrap();
+    let mut locked = fs::metadata(folder.join("locked.png")).unwrap().permissions();
+    locked.set_readonly(true);
+    fs::set_permissions(folder.join("locked.png"), locked).unwrap();
+    let before = names(&folder);
+    let long = format!("{}.png", "a".repeat(300));
+    for (name, why) in [
+        ("dir.png", "folder"),
+        ("none/o.png", "folder"),
+        ("t.obj/o.png", "o.png"),
+        ("locked.png", "read-only"),
+        (&*long, "aaa"),
+    ] {
+        run(&folder, &["render", "scene.toml", "-o", name]).expect(3, &[why]);
+        run(&folder, &["render", "scene.toml", "-o", "o.png", "--stats", name]).expect(3, &[why]);
+    }
+    for target in ["dir.png", "none/s.toml"] {
+        run(&folder, &["new", "t.obj", "-o", target]).expect(3, &[target]);
+        run(&folder, &["solve", "scene.toml", "--distance", "8", "--write", target]).expect(3, &[target]);
+    }
+    assert_eq!(names(&folder), before, "a picture is not left when its statistics cannot be");
+    fs::write(folder.join("groundglass-out"), "x").unwrap();
+    run(&folder, &["render", "scene.toml"]).expect(3, &["groundglass-out"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_3_for_text_and_help() {
+    let (_keep, folder) = textured();
+    for words in [
+        &["optics", "scene.toml", "--json"][..],
+        &["check", "scene.toml"],
+        &["solve", "scene.toml", "--distance", "8"],
+        &["--help"],
+        &["--version"],
+        &["help", "render"],
+    ] {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let mut command = command(&folder, words);
+        let status = command.stdout(full).stderr(std::process::Stdio::null()).status().unwrap();
+        assert_eq!(status.code(), Some(3), "{words:?}");
+    }
+    // Standard error may be full or closed: the work is done all the same.
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    assert_eq!(command(&folder, &["check", "none.toml"]).stderr(full).status().unwrap().code(), Some(2));
+}
+
+#[test]
+fn names_with_spaces_and_other_letters_work() {
+    let (_keep, folder) = textured();
+    let inner = folder.join("ä b 日本");
+    fs::create_dir(&inner).unwrap();
+    for name in ["scene.toml", "t.obj", "t.mtl", "k.png"] {
+        fs::rename(folder.join(name), inner.join(name)).unwrap();
+    }
+    run(&folder, &["render", "ä b 日本/scene.toml", "-o", "ö ü.png"]).expect(0, &[]);
+    run(&folder, &["render", "ä b 日本/scene.toml"]).expect(0, &[]);
+    run(&folder, &["new", "ä b 日本/t.obj"]).expect(0, &[]);
+    assert_eq!(names(&folder), ["groundglass-out", "t.toml", "ä b 日本", "ö ü.png"]);
+    assert_eq!(names(&folder.join("groundglass-out")), ["scene.png"]);
+    run(&folder, &["check", "t.toml"]).expect(0, &[]);
+}
+
+#[test]
+fn a_failed_load_leaves_no_folder() {
+    let (_keep, folder) = folder(&format!("{CAMERA}[[mesh]]\npath = \"none.obj\"\n"));
+    run(&folder, &["render", "scene.toml"]).expect(2, &["scene.toml:9:8", "mesh[0].path", "none.obj"]);
+    assert_eq!(names(&folder), ["scene.toml", "t.obj"]);
+}
+
+#[test]
+fn an_existing_picture_is_replaced_and_keeps_its_permissions() {
+    let (_keep, folder) = textured();
+    fs::write(folder.join("o.PNG"), "old").unwrap();
+    #[cfg(unix)]
+    fs::set_permissions(folder.join("o.PNG"), std::os::unix::fs::PermissionsExt::from_mode(0o640)).unwrap();
+    run(&folder, &["render", "scene.toml", "-o", "o.PNG"]).expect(0, &[]);
+    assert!(fs::read(folder.join("o.PNG")).unwrap().starts_with(b"\x89PNG"));
+    #[cfg(unix)]
+    {
+        let mode = std::os::unix::fs::PermissionsExt::mode(
+            &fs::metadata(folder.join("o.PNG")).unwrap().permissions(),
+        );
+        assert_eq!(mode & 0o777, 0o640);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn signals_while_loading_rendering_and_writing_leave_nothing() {
+    let signal = |folder: &Path, words: &[&str], wait: u64, name: &str| {
+        let mut child = command(folder, words)
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(wait));
+        let begun = std::time::Instant::now();
+        let kill = std::process::Command::new("kill").args([name, &child.id().to_string()]).status().unwrap();
+        let code = child.wait().unwrap().code();
+        assert!(kill.success() && code == Some(75), "{words:?} {name}: {code:?}");
+        assert!(begun.elapsed().as_secs_f64() < 5.0, "{words:?} {name}: {:?}", begun.elapsed());
+    };
+    let (_keep, folder) = textured();
+    let before = names(&folder);
+    for name in ["-INT", "-TERM", "-HUP"] {
+        // A tile at a time, for minutes.
+        signal(&folder, &["render", "scene.toml", "-o", "o.png", "--samples", "400000"], 300, name);
+    }
+    // Writing takes seconds.
+    let big = ["render", "scene.toml", "-o", "o.exr", "--samples", "1", "--width", "6000"];
+    for wait in [300, 1200, 2000] {
+        signal(&folder, &big, wait, "-TERM");
+    }
+    assert_eq!(names(&folder), before);
+    let faces = "f 1 2 3\n".repeat(4_000_000);
+    fs::write(folder.join("t.obj"), format!("v 0 0 0\nv 1 0 0\nv 0 1 0\n{faces}")).unwrap();
+    signal(&folder, &["render", "scene.toml", "-o", "o.png"], 250, "-INT");
+    assert_eq!(names(&folder), before);
+}
+
+#[test]
+fn a_width_beyond_all_memory_is_2() {
+    let (_keep, folder) = textured();
+    for width in ["1000000000", "99999999999999999999", "32768"] {
+        run(&folder, &["render", "scene.toml", "--width", width]).expect(2, &["pixels", "32767"]);
+    }
+    for width in ["0", "-1", "1.5", "x", ""] {
+        run(&folder, &["render", "scene.toml", "--width", width]).expect(64, &["--help"]);
+    }
+    assert!(!folder.join("groundglass-out").exists());
+}
+
+/// The address space is limited, as a cluster does.
+#[cfg(target_os = "linux")]
+#[test]
+fn too_little_memory_is_2() {
+    let (_keep, folder) = textured();
+    let limited = |kilobytes: u32, rest: &str| {
+        let program = env!("CARGO_BIN_EXE_groundglass");
+        let mut shell = std::process::Command::new("sh");
+        shell.current_dir(&folder).args(["-c", &format!("ulimit -v {kilobytes}; '{program}' {rest}")]);
+        finish(shell)
+    };
+    limited(1_000_000, "render scene.toml -o o.png --width 20000 --samples 1").expect(2, &["GB"]);
+    limited(1_000_000, "render scene.toml -o o.png --threads 1").expect(0, &[]);
+    fs::write(folder.join("t.obj"), format!("{}{}", program::TRIANGLE, "f 1 2 3\n".repeat(20_000))).unwrap();
+    let meshes = "[[mesh]]\npath = \"t.obj\"\n".repeat(2000);
+    fs::write(folder.join("scene.toml"), format!("{CAMERA}{meshes}")).unwrap();
+    limited(1_000_000, "check scene.toml").expect(2, &["GB", "mesh[1999]"]);
+}
