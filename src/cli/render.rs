@@ -192,7 +192,7 @@ fn summary(path: &Path, stats: &Stats) -> String {
 
 /// For the built-in scene: its diagram beside the picture, and what to try next.
 fn first_steps(scene: &Scene, picture: &Path) -> Result<()> {
-    let figure = diagram::figure(scene, diagram::Section::Auto, diagram::Inset::Auto)?;
+    let figure = diagram::figure(scene, diagram::Section::Side, diagram::Inset::Auto)?;
     let mut made = Vec::new();
     for ending in ["svg", "png"] {
         let path = picture.with_file_name("tower-diagram").with_extension(ending);
