@@ -50,6 +50,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         format(path)?;
     }
     let input = input::read(&arguments.scene)?;
+    for path in &arguments.output {
+        output::check(path, &input.read_paths())?;
+    }
     // What cannot exist is refused before anything large is loaded.
     input.scene.optics()?;
     let scene = input.load()?;

@@ -24,7 +24,7 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
     /// Exactly this many samples for each pixel
-    #[arg(long, value_name = "N", group = "budget", value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
+    #[arg(long, value_name = "N", group = "budget", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub(super) samples: Option<u32>,
     /// Stop at this error: root mean square over the picture, linear light
     #[arg(long, value_name = "E", group = "budget")]

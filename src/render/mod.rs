@@ -125,12 +125,13 @@ impl<'a> Picture<'a> {
 
     fn draw(&self, execution: &Execution<'_>) -> Result<(Exposure, Counts)> {
         let tiles = (self.bins.tiles_x * self.bins.tiles_y) as usize;
-        let mut pixels = Vec::new();
-        pixels.try_reserve_exact(tiles * (TILE * TILE) as usize).map_err(|_| {
+        let count = tiles * (TILE * TILE) as usize;
+        Vec::<[f32; 3]>::new().try_reserve_exact(count).map_err(|_| {
             Error::new(ErrorKind::TooLarge, "the picture does not fit into memory")
                 .remedy("ask for a smaller --width")
         })?;
-        pixels.resize(tiles * (TILE * TILE) as usize, [0.0f32; 3]);
+        // Zeroed by the system page by page: filling a large picture here would take seconds.
+        let mut pixels = vec![[0.0f32; 3]; count];
         let done = AtomicUsize::new(0);
         let cancelled = || execution.cancel.is_some_and(|flag| flag.load(Ordering::Relaxed));
         let errors: Vec<f64> = pixels

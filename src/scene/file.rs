@@ -256,7 +256,7 @@ pub(crate) struct RenderTable {
     #[schemars(range(min = 1, max = 32767), example = 960)]
     pub(crate) width: u32,
     /// Samples for each pixel, exactly; 256 when neither `max_error` nor `time_budget_s` is given.
-    #[schemars(range(min = 1, max = 16_777_216), example = 256)]
+    #[schemars(range(min = 1, max = 1_048_576), example = 256)]
     pub(crate) samples: Option<u32>,
     /// Stop at this error: root mean square over the picture, linear light.
     #[schemars(range(min = 1e-9, max = 1.0), example = 0.004)]

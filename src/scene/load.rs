@@ -228,7 +228,7 @@ impl Scene {
     pub fn check_memory(&self, available: u64) -> Result<()> {
         let pixels = u64::from(self.render.width) * u64::from(self.render.height);
         // The exposure, and what bins and boxes take.
-        let need = pixels * 12 + self.surfaces.triangles.len() as u64 * 400;
+        let need = pixels * 12 + self.surfaces.triangles.len() as u64 * 700;
         if need > available {
             return Err(Error::new(
                 ErrorKind::TooLarge,
