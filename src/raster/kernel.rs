@@ -318,3 +318,91 @@ fn group_all<S: Simd>(simd: S, batch: &Batch, seen: &Visibility, out: &mut Vec<G
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The levels that this machine has.
+    fn levels() -> Vec<(&'static str, Level)> {
+        let best = Level::new();
+        let mut list = vec![("scalar", Level::Fallback(fearless_simd::Fallback::new()))];
+        #[cfg(target_arch = "x86_64")]
+        {
+            list.extend(best.as_sse2().map(|level| ("SSE2", Level::Sse2(level))));
+            list.extend(best.as_sse4_2().map(|level| ("SSE4.2", Level::Sse4_2(level))));
+            list.extend(best.as_avx2().map(|level| ("AVX2", Level::Avx2(level))));
+        }
+        list.push(("best", best));
+        list
+    }
+
+    #[test]
+    fn every_simd_level_sees_the_same_bits() {
+        let mut state = 1u64;
+        let mut random = |size: f32| {
+            state = mix(state);
+            ((state >> 40) as f32 / 8_388_608.0 - 1.0) * size
+        };
+        let batch = Batch {
+            cell: 0,
+            u: std::array::from_fn(|_| random(0.7)),
+            v: std::array::from_fn(|_| random(0.7)),
+            x: std::array::from_fn(|_| 0.5 + random(0.5)),
+            y: std::array::from_fn(|_| 0.5 + random(0.5)),
+            pixel: [0; LANES],
+            index: [0; LANES],
+            live: 0xfff7,
+            odd: 0,
+        };
+        // Edges that pass near the tile's centre, small and large, with and without corners to box.
+        let setups: Vec<Setup> = (0..120)
+            .map(|i| {
+                let slope = if i % 3 == 0 { 1.0 } else { 0.05 };
+                let mut function = |size: f32| -> [f32; 9] {
+                    std::array::from_fn(|k| random(if k == 0 { size } else { slope * size / 16.0 }))
+                };
+                let edges = [function(1.0), function(1.0), function(1.0)];
+                let facing = function(0.5);
+                let corners = (i % 2 == 0).then(|| {
+                    std::array::from_fn(|_| {
+                        [
+                            [random(20.0), random(3.0), random(3.0)],
+                            [random(20.0), random(3.0), random(3.0)],
+                            [1.5, random(0.1), random(0.1)],
+                        ]
+                    })
+                });
+                Setup { triangle: i, edges, facing, corners, plane: [1.0, random(0.5), random(0.5)] }
+            })
+            .collect();
+        let run = |level: Level| {
+            let mut seen = Visibility::new();
+            seen.clear(1, 1);
+            let visits = setups.iter().enumerate().map(|(id, setup)| Visit {
+                setup,
+                id: id as u32,
+                blocks: [0, 31, 0, 31],
+                near: (id % 5 == 0).then_some([3.0, 0.01, -0.01]),
+                cutout: id % 7 == 0,
+            });
+            cover(level, &batch, (1, 1), visits, &mut seen, &|visit, block, lane| {
+                !(visit.id as usize + block + lane).is_multiple_of(3)
+            });
+            let mut groups = Vec::new();
+            group(level, &batch, &seen, &mut groups);
+            let depth: Vec<u32> = seen.depth.iter().flatten().map(|z| z.to_bits()).collect();
+            (depth, seen.id, groups)
+        };
+        let levels = levels();
+        let wanted = run(levels[0].1);
+        assert!(wanted.0.iter().filter(|&&bits| bits != 0).count() > 1000, "the test draws next to nothing");
+        for (name, level) in levels {
+            assert!(run(level) == wanted, "{name} differs from scalar");
+        }
+    }
+
+    fn mix(x: u64) -> u64 {
+        x.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f)
+    }
+}
