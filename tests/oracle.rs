@@ -134,6 +134,7 @@ fn sharing_stays_under_a_third_of_the_noise() {
             let picture = |scene: &Scene| render(scene, Execution::default()).unwrap().0;
             let alone = picture(&scene);
             scene.render.share_shading = true;
+            scene.surfaces.find_patches();
             let shared = picture(&scene);
             let (width, height) = (scene.render.width, scene.render.height);
             let square: f64 = (0..height)

@@ -9,7 +9,9 @@
 //!   of the aperture.
 //! * [`bin`]: which triangles may touch which tile of 32 x 32 pixels, nearest first.
 //! * [`setup`]: the edge functions of a triangle about a tile's centre.
-//! * [`kernel`]: coverage and depth for 16 samples at a time.
+//! * [`kernel`]: one triangle for 16 samples: its functions at 16 lens points, then coverage and depth by
+//!   [`regions`] (block by block) or [`scatter`] (lens point by lens point).
+//! * [`visibility`]: what is seen, and the groups of samples that see the same.
 //! * [`tile`]: all triangles and samples of one tile; hands each batch of 16 to the shader.
 //!
 //! # Edge functions
@@ -30,9 +32,12 @@
 pub(crate) mod bin;
 pub(crate) mod bounds;
 pub(crate) mod kernel;
+mod regions;
+mod scatter;
 pub(crate) mod setup;
 pub(crate) mod tile;
 pub(crate) mod view;
+pub(crate) mod visibility;
 
 /// Pixels on a tile's side. The picture depends on it: one fixed grid, whatever the threads.
 pub(crate) const TILE: u32 = 32;

@@ -2,9 +2,10 @@
 
 use super::TILE;
 use super::bin::Bins;
-use super::kernel::{Group, Opaque, Visibility, Visit, cover, group};
+use super::kernel::{Opaque, Visit, cover};
 use super::setup::{Setup, TileFilm};
 use super::view::{Batch, Pattern, View};
+use super::visibility::{Group, Visibility, group};
 use fearless_simd::Level;
 use glam::DVec3;
 
@@ -14,6 +15,10 @@ pub(crate) struct Geometry<'a> {
     pub triangles: &'a [[u32; 3]],
     /// For each triangle, whether samples may pass through it.
     pub cutout: &'a [bool],
+    /// The surface that a triangle is part of, and how many surfaces there are. Which surface is seen is all
+    /// that is told of a sample.
+    pub surface: &'a (dyn Fn(u32) -> u32 + Sync),
+    pub surfaces: usize,
 }
 
 /// What one thread reuses from tile to tile.
@@ -22,6 +27,13 @@ pub(crate) struct TileScratch {
     /// Block ranges, cell by cell, of each set-up; empty where `x0 > x1`.
     blocks: Vec<[u8; 4]>,
     crosses_near: Vec<bool>,
+    /// For each set-up its place in `surfaces`.
+    slots: Vec<u32>,
+    /// The surfaces in the tile, each with one of its triangles.
+    surfaces: Vec<u32>,
+    /// For each surface of the scene the tile that last met it, and its place there.
+    met: Vec<(u32, u32)>,
+    tiles: u32,
     seen: Visibility,
     cells: usize,
     block: (u32, u32),
@@ -39,6 +51,10 @@ impl TileScratch {
             setups: Vec::new(),
             blocks: Vec::new(),
             crosses_near: Vec::new(),
+            slots: Vec::new(),
+            surfaces: Vec::new(),
+            met: Vec::new(),
+            tiles: 0,
             seen: Visibility::new(),
             cells: 1,
             block: (1, 1),
@@ -61,11 +77,21 @@ impl TileScratch {
         self.setups.clear();
         self.blocks.clear();
         self.crosses_near.clear();
+        self.slots.clear();
+        self.surfaces.clear();
+        self.met.resize(geometry.surfaces, (0, 0));
+        self.tiles += 1;
         for &t in bins.tile(x, y) {
             let corners = geometry.triangles[t as usize];
             let v = corners.map(|i| geometry.positions[i as usize]);
             let Some(setup) = film.setup(t, v, bins.in_front(corners)) else { continue };
             self.setups.push(setup);
+            let met = &mut self.met[(geometry.surface)(t) as usize];
+            if met.0 != self.tiles {
+                *met = (self.tiles, self.surfaces.len() as u32);
+                self.surfaces.push(t);
+            }
+            self.slots.push(met.1);
             self.crosses_near.push(v.iter().any(|p| p.z < view.near * (1.0 + 1e-6)));
             for cell in 0..cells {
                 let pixels = bins.triangle_box(t, corners, cell);
@@ -95,13 +121,13 @@ impl TileScratch {
         batch: &Batch,
         opaque: &Opaque<'_>,
     ) {
-        let Self { setups, blocks, crosses_near, seen, cells, block } = self;
+        let Self { setups, slots, blocks, crosses_near, seen, cells, block, .. } = self;
         seen.clear(block.0, block.1);
         let visits = setups.iter().enumerate().filter_map(|(at, setup)| {
             let blocks = blocks[at * *cells + batch.cell];
             (blocks[0] <= blocks[1]).then(|| Visit {
                 setup,
-                id: at as u32,
+                id: slots[at],
                 blocks,
                 near: crosses_near[at].then_some(film.near),
                 cutout: geometry.cutout[setup.triangle as usize],
@@ -115,8 +141,8 @@ impl TileScratch {
         group(level, batch, &self.seen, out);
     }
 
-    /// The set-ups of the tile's triangles; a group's or visit's id is a place in them.
-    pub(crate) fn setups(&self) -> &[Setup] {
-        &self.setups
+    /// The surfaces in the tile, by one triangle of each; a group's or visit's id is a place in them.
+    pub(crate) fn surfaces(&self) -> &[u32] {
+        &self.surfaces
     }
 }

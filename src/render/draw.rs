@@ -2,14 +2,15 @@
 
 use super::Picture;
 use super::pattern::pattern;
-use crate::raster::kernel::{Group, NOTHING};
+
 use crate::raster::setup::TileFilm;
 use crate::raster::tile::Geometry;
 use crate::raster::view::{Batch, Pattern};
+use crate::raster::visibility::{Group, NOTHING};
 use crate::raster::{self, TILE};
 use crate::sampling::hash;
-use crate::shade::{Look, Place};
-use glam::{DVec3, Vec3, Vec4};
+use crate::shade::{LaneSums, Look, Place, Rays, Samples};
+use glam::{DVec3, Vec3};
 use std::cell::RefCell;
 
 /// What one thread reuses from tile to tile.
@@ -17,31 +18,11 @@ use std::cell::RefCell;
 pub(super) struct TileScratch {
     raster: raster::tile::TileScratch,
     groups: Vec<Group>,
+    /// The same by surface, and where each surface's begin.
+    runs: Vec<Group>,
+    starts: Vec<u32>,
     /// By place in the tile's set-ups; made when first asked for.
     looks: RefCell<Vec<Option<Box<Look>>>>,
-}
-
-/// Sums over lanes for each value of each four bits of a mask: means of any group at the cost of four loads.
-struct LaneSums([[Vec4; 16]; 4]);
-
-impl LaneSums {
-    fn new(batch: &Batch) -> Self {
-        let lane = |i: usize| Vec4::new(batch.u[i], batch.v[i], batch.x[i], batch.y[i]);
-        Self(std::array::from_fn(|part| {
-            std::array::from_fn(|mask| {
-                (0..4)
-                    .filter(|bit| mask >> bit & 1 == 1)
-                    .fold(Vec4::ZERO, |sum, bit| sum + lane(4 * part + bit))
-            })
-        }))
-    }
-
-    /// The mean place of `lanes`, which are not none, from the block's corner.
-    #[inline]
-    fn mean(&self, lanes: u16) -> Vec4 {
-        let part = |i: usize| self.0[i][usize::from(lanes >> (4 * i)) & 15];
-        (part(0) + part(1) + part(2) + part(3)) * (1.0 / lanes.count_ones() as f32)
-    }
 }
 
 /// The set bits of a mask, lowest first.
@@ -61,25 +42,6 @@ impl Iterator for Lanes {
     }
 }
 
-/// The rays of a tile, in single precision about its centre.
-struct Rays {
-    p: Vec3,
-    dx: Vec3,
-    dy: Vec3,
-    focal_length: f32,
-    radius: f32,
-}
-
-impl Rays {
-    /// The direction from the lens point, lens frame: `q_w s - p`.
-    #[inline]
-    fn at(&self, place: Place) -> Vec3 {
-        let p = self.p + self.dx * place.x + self.dy * place.y;
-        let weight = (1.0 + p.z / self.focal_length) * self.radius;
-        Vec3::new(weight * place.u, weight * place.v, 0.0) - p
-    }
-}
-
 impl Picture<'_> {
     /// Draws one tile; returns the sum of the estimated squared errors of its pixels.
     pub(super) fn draw_tile(
@@ -89,17 +51,23 @@ impl Picture<'_> {
         out: &mut [[f32; 3]],
         cancelled: &dyn Fn() -> bool,
     ) -> f64 {
-        let TileScratch { raster, groups, looks } = scratch;
+        let TileScratch { raster, groups, runs, starts, looks } = scratch;
         let pattern = pattern(self.seed, tile, self.samples, self.splits);
         let geometry = Geometry {
             positions: &self.positions,
             triangles: &self.surfaces.triangles,
             cutout: &self.cutout,
+            surface: &|t| self.patch(t).0,
+            surfaces: self.surface_count,
         };
         let film = raster.prepare(&self.view, &geometry, &self.bins, self.cells.len(), &pattern, tile);
         looks.get_mut().clear();
-        looks.get_mut().resize_with(raster.setups().len(), || None);
+        looks.get_mut().resize_with(raster.surfaces().len(), || None);
         let rays = self.rays(tile);
+        let falloff = self
+            .falloff
+            .as_ref()
+            .map(|falloff| |place: Place, ray: Vec3| falloff.weight(&self.view, ray.as_dvec3(), place));
 
         // Sums of the even and the odd samples, in the order of the batches.
         let mut sums = vec![[Vec3::ZERO; 2]; (TILE * TILE) as usize];
@@ -107,83 +75,57 @@ impl Picture<'_> {
             if cancelled() {
                 return 0.0;
             }
-            raster.draw(self.level, &geometry, &film, batch, &|visit, block, lane| {
-                let (pixel, place) = place(&pattern, batch, block, lane);
+            raster.draw(self.level, &geometry, &film, batch, &|visit, block, lanes| {
                 let mut looks = looks.borrow_mut();
-                let Some(slot) = looks.get_mut(visit.id as usize) else { return true };
+                let Some(slot) = looks.get_mut(visit.id as usize) else { return lanes };
                 let look = slot.get_or_insert_with(|| self.look(&film, visit.setup.triangle));
-                let key = hash(
-                    hash(self.seed, u64::from(tile.0 * TILE + pixel.0)),
-                    u64::from(tile.1 * TILE + pixel.1),
-                );
-                self.shader.is_met(look, visit.setup.triangle, place, key, batch.index[lane])
+                let mut met = 0;
+                for lane in Lanes(lanes) {
+                    let (pixel, place) = place(&pattern, batch, block, lane);
+                    let key = hash(
+                        hash(self.seed, u64::from(tile.0 * TILE + pixel.0)),
+                        u64::from(tile.1 * TILE + pixel.1),
+                    );
+                    let is_met =
+                        self.shader.is_met(look, visit.setup.triangle, place, key, batch.index[lane]);
+                    met |= u16::from(is_met) << lane;
+                }
+                met
             });
             raster.group(self.level, batch, groups);
-            self.shade(&film, raster.setups(), looks.get_mut(), &pattern, batch, groups, &rays, &mut sums);
+            if !self.shared {
+                split(groups);
+            }
+            sort_by_surface(groups, raster.surfaces().len(), runs, starts);
+            let samples = Samples {
+                batch,
+                means: &LaneSums::new(batch),
+                rays: &rays,
+                block: (pattern.block_width, pattern.block_height),
+                single: !self.shared,
+                falloff: falloff.as_ref().map(|falloff| falloff as &dyn Fn(Place, Vec3) -> f32),
+            };
+            for run in runs.chunk_by(|a, b| a.id == b.id) {
+                let look = looks.get_mut().get_mut(run[0].id as usize).map(|look| {
+                    &**look.get_or_insert_with(|| self.look(&film, raster.surfaces()[run[0].id as usize]))
+                });
+                self.shader.shade(self.level, look, &samples, run, &mut sums);
+            }
         }
         self.resolve(tile, &sums, out)
     }
 
-    #[expect(clippy::too_many_arguments, reason = "the parts of one tile, borrowed apart")]
-    fn shade(
-        &self,
-        film: &TileFilm,
-        setups: &[raster::setup::Setup],
-        looks: &mut [Option<Box<Look>>],
-        pattern: &Pattern,
-        batch: &Batch,
-        groups: &[Group],
-        rays: &Rays,
-        sums: &mut [[Vec3; 2]],
-    ) {
-        let means = LaneSums::new(batch);
-        let columns = TILE / pattern.block_width;
-        let half = 0.5 * TILE as f32;
-        for group in groups {
-            let block = u32::from(group.block);
-            let corner = (block % columns * pattern.block_width, block / columns * pattern.block_height);
-            let mut look = None;
-            if group.id != NOTHING {
-                let at = group.id as usize;
-                look = Some(&**looks[at].get_or_insert_with(|| self.look(film, setups[at].triangle)));
-            }
-            let mut add = |lanes: u16, pixel: u32| {
-                let mean = means.mean(lanes);
-                let (x, y) = (corner.0 as f32 - half, corner.1 as f32 - half);
-                let place = Place { u: mean.x, v: mean.y, x: x + mean.z, y: y + mean.w };
-                let ray = rays.at(place);
-                let odd = (lanes & batch.odd).count_ones();
-                let mut colors = match look {
-                    Some(look) => self.shader.radiance(look, place, ray, batch, (x, y), lanes),
-                    None => {
-                        let sky = self.shader.background(ray);
-                        [lanes.count_ones() - odd, odd].map(|count| sky * count as f32)
-                    }
-                };
-                if let Some(falloff) = &self.falloff {
-                    let weight = falloff.weight(&self.view, ray.as_dvec3(), place);
-                    colors = colors.map(|color| color * weight);
-                }
-                let [even_sum, odd_sum] = &mut sums[pixel as usize];
-                *even_sum += colors[0];
-                *odd_sum += colors[1];
-            };
-            if self.shared {
-                add(group.lanes, corner.1 * TILE + corner.0);
-            } else {
-                for lane in Lanes(group.lanes) {
-                    let inside = u32::from(batch.pixel[lane]);
-                    let x = corner.0 + inside % pattern.block_width;
-                    let y = corner.1 + inside / pattern.block_width;
-                    add(1 << lane, y * TILE + x);
-                }
-            }
-        }
+    /// The number of the surface that a triangle is part of, and the triangle that stands for it.
+    fn patch(&self, triangle: u32) -> (u32, u32) {
+        if self.shared { self.surfaces.patches.of(triangle) } else { (triangle, triangle) }
     }
 
+    /// The look of the surface that `triangle`, which may be seen in the tile, is part of.
     fn look(&self, film: &TileFilm, triangle: u32) -> Box<Look> {
-        let corners = self.surfaces.triangles[triangle as usize].map(|i| self.positions[i as usize]);
-        Box::new(self.shader.look(triangle, &film.scaled_edges(corners), corners))
+        let corners = |t: u32| self.surfaces.triangles[t as usize].map(|i| self.positions[i as usize]);
+        let (_, reference) = self.patch(triangle);
+        let edges = film.scaled_edges(corners(reference));
+        Box::new(self.shader.look(reference, &edges, corners(reference), corners(triangle)))
     }
 
     fn resolve(&self, (tx, ty): (u32, u32), sums: &[[Vec3; 2]], out: &mut [[f32; 3]]) -> f64 {
@@ -218,6 +160,34 @@ impl Picture<'_> {
             focal_length: view.focal_length as f32,
             radius: view.radius as f32,
         }
+    }
+}
+
+/// Makes each sample a group.
+fn split(groups: &mut Vec<Group>) {
+    *groups = groups
+        .iter()
+        .flat_map(|&group| Lanes(group.lanes).map(move |lane| Group { lanes: 1 << lane, ..group }))
+        .collect();
+}
+
+/// Sorts groups by what they see, nothing last, otherwise in order.
+fn sort_by_surface(groups: &[Group], surfaces: usize, out: &mut Vec<Group>, starts: &mut Vec<u32>) {
+    starts.clear();
+    starts.resize(surfaces + 2, 0);
+    let slot = |group: &Group| (group.id as usize).min(surfaces);
+    for group in groups {
+        starts[slot(group) + 1] += 1;
+    }
+    for i in 1..starts.len() {
+        starts[i] += starts[i - 1];
+    }
+    out.clear();
+    out.resize(groups.len(), Group { block: 0, lanes: 0, id: NOTHING });
+    for group in groups {
+        let place = &mut starts[slot(group)];
+        out[*place as usize] = *group;
+        *place += 1;
     }
 }
 

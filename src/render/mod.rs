@@ -14,7 +14,7 @@ use crate::raster::TILE;
 use crate::raster::bin::Bins;
 use crate::raster::view::{LensCell, View};
 use crate::sampling;
-use crate::scene::{Scene, Surfaces};
+use crate::scene::{Material, Scene, Surfaces};
 use crate::shade::Shader;
 use fearless_simd::Level;
 use glam::DVec3;
@@ -75,6 +75,7 @@ struct Picture<'a> {
     /// Brightening of the shown picture.
     gain: f32,
     shared: bool,
+    surface_count: usize,
     view: View,
     positions: Vec<DVec3>,
     cutout: Vec<bool>,
@@ -98,18 +99,24 @@ impl<'a> Picture<'a> {
         let splits = Splits::new(samples);
         let cells = splits.lens_cells(view.radius);
         let bins = Bins::new(&view, &cells, &positions, &surfaces.triangles);
-        let cutout_materials: Vec<bool> = surfaces.materials.iter().map(Shader::is_cutout).collect();
+        let cutout_materials: Vec<bool> = surfaces.materials.iter().map(Material::is_cutout).collect();
         let cutout = surfaces.attributes.iter().map(|a| cutout_materials[a.material as usize]).collect();
         let up = scene.up;
+        // Below 16 samples a pixel hardly any would share.
+        let shared = scene.render.share_shading && samples >= 16;
         let level = Level::new();
-        let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, up, level, |v| frame.vector(v));
+        let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, up, |v| frame.vector(v));
         let falloff = scene.render.falloff.then(|| Falloff::new(optics, &frame));
         Self {
             surfaces,
             seed: scene.render.seed,
             gain: libm::exp2(scene.render.exposure_ev) as f32,
-            // Below 16 samples a pixel hardly any would share.
-            shared: scene.render.share_shading && samples >= 16,
+            shared,
+            surface_count: if shared && !surfaces.patches.of.is_empty() {
+                surfaces.patches.reference.len()
+            } else {
+                surfaces.triangles.len()
+            },
             view,
             positions,
             cutout,

@@ -139,6 +139,7 @@ impl SceneDescription {
                 bounds,
             });
         }
+        surfaces.find_patches();
         let RenderSettings { exposure_ev, falloff, seed, .. } = self.render;
         let samples = if let Budget::Samples(samples) = self.render.budget { samples } else { 256 };
         Ok(Scene {

@@ -40,6 +40,16 @@ impl Material {
         }
     }
 
+    /// The maps whose alpha decides where light passes through.
+    pub(crate) fn holed_maps(&self) -> impl Iterator<Item = &Arc<Texture>> {
+        [&self.diffuse_map, &self.opacity_map].into_iter().flatten().filter(|map| map.has_holes)
+    }
+
+    /// Whether light can pass through somewhere.
+    pub(crate) fn is_cutout(&self) -> bool {
+        self.coverage < 1.0 || self.holed_maps().next().is_some()
+    }
+
     /// The diffuse reflectance of a material without `Kd`: the map's own where there is one.
     pub(crate) fn diffuse_without_kd(has_map: bool) -> [f32; 3] {
         [if has_map { 1.0 } else { DEFAULT_DIFFUSE }; 3]

@@ -4,7 +4,7 @@
 //! structs) -> `validate` (a [`SceneDescription`]: units converted, defaults filled, every wrong value
 //! refused with its line) -> `resolve` (movements solved). Its assets: `source` (the one door to files) ->
 //! `normalize`, `obj`, `mtl`, `triangulate`, `texture`, `mip` -> `assets` (a [`Model`]). Both:
-//! `load` (a [`Scene`] with its `surfaces` in the world).
+//! `load` (a [`Scene`] with its `surfaces` in the world, and which of them look alike: `patches`).
 
 mod assets;
 mod description;
@@ -19,6 +19,7 @@ mod mip;
 mod mtl;
 mod normalize;
 mod obj;
+mod patches;
 mod resolve;
 mod rewrite;
 mod schema;
@@ -44,6 +45,7 @@ pub use file::{SceneFile, parse};
 pub use load::{LoadSettings, MeshSummary, PictureSettings, Scene};
 pub use material::Material;
 pub use mesh::{Model, NONE, Triangle};
+pub use patches::Patches;
 pub use rewrite::with_movements;
 pub use schema::schema;
 pub use source::{Files, Memory, Source};

@@ -2,6 +2,7 @@
 
 use super::material::Material;
 use super::mesh::{Model, NONE};
+use super::patches::Patches;
 use crate::error::{Error, ErrorKind, Result};
 use crate::quantity::Angle;
 use glam::{DMat3, DVec3, Vec2, Vec3};
@@ -50,6 +51,8 @@ pub struct Surfaces {
     pub attributes: Vec<Attributes>,
     /// All materials.
     pub materials: Vec<Material>,
+    /// Which triangles look alike; empty, or made by [`Surfaces::find_patches`] from all that is here.
+    pub patches: Patches,
 }
 
 /// Coordinates beyond this, in metres, are refused: products of a few of them would leave the range of f64.
@@ -128,6 +131,11 @@ impl Surfaces {
             });
         }
         Ok(())
+    }
+
+    /// Finds which triangles look alike, so that samples of a pixel that see them can share shading.
+    pub fn find_patches(&mut self) {
+        self.patches = Patches::new(self);
     }
 
     /// The corners of triangle `t`.

@@ -1,127 +1,274 @@
-//! Texture look-ups for 16 samples of one pixel that see one triangle: places in, summed colours out.
+//! Texture look-ups for up to 16 samples of one pixel that see one surface: places in, summed colours out.
 //!
-//! Texture coordinates, texel places and weights are computed for all 16 at once; the texels themselves
-//! are fetched one by one. One generic source for every SIMD level, product and sum apart, so the same bits.
+//! Places are computed for all 16 at once; the texels are fetched one by one and summed in whole numbers. One
+//! generic source for every SIMD level, product and sum apart, so the same bits.
 
-use super::filter::Levels;
+use super::filter::{Choice, Side};
 use super::look::Bilinear4;
 use crate::raster::LANES;
 use crate::raster::view::Batch;
-use crate::scene;
-use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, dispatch, f32x16};
-use glam::Vec4;
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16, u32x16};
+use glam::{Vec2, Vec4};
 
-/// The sums of the colours of the even and the odd samples among `lanes` of a batch, whose block has its
-/// corner at `(x, y)` in the tile.
-#[inline]
-pub(crate) fn sums(
-    simd: Level,
-    levels: &Levels<'_>,
-    k: &Bilinear4,
-    batch: &Batch,
-    corner: (f32, f32),
-    lanes: u16,
-) -> [Vec4; 2] {
-    dispatch!(simd, simd => both_levels(simd, levels, k, batch, corner, lanes))
+/// Texture coordinates of a batch's 16 samples as functions of the block's place: homogeneous `s`, `t` and
+/// their weight, each its value at the tile's centre and its change with `x` and `y`.
+pub(crate) struct Coordinates<S: Simd>([[f32x16<S>; 3]; 3]);
+
+impl<S: Simd> Coordinates<S> {
+    #[inline(always)]
+    pub(crate) fn new(simd: S, k: &Bilinear4, batch: &Batch) -> Self {
+        Self([component(simd, k, 0, batch), component(simd, k, 1, batch), component(simd, k, 2, batch)])
+    }
+
+    /// Where in the texture, from its anchor, each sample looks from a block.
+    #[inline(always)]
+    fn at(&self, simd: S, corner: Vec2) -> [f32x16<S>; 2] {
+        let Self([[s, sx, sy], [t, tx, ty], [w, wx, wy]]) = *self;
+        let zero = f32x16::splat(simd, 0.0);
+        let one = f32x16::splat(simd, 1.0);
+        let weight = w + wx * corner.x + wy * corner.y;
+        let inverse = weight.simd_ne(zero).select(one / weight, zero);
+        let s = (s + sx * corner.x + sy * corner.y) * inverse;
+        let t = (t + tx * corner.x + ty * corner.y) * inverse;
+        // What is no number looks at the anchor.
+        let huge = f32x16::splat(simd, 1e9);
+        [s.abs().simd_lt(huge).select(s, zero), t.abs().simd_lt(huge).select(t, zero)]
+    }
 }
 
+/// Component `i` of the functions at the 16 samples.
 #[inline(always)]
-fn both_levels<S: Simd>(
-    simd: S,
-    levels: &Levels<'_>,
-    k: &Bilinear4,
-    batch: &Batch,
-    corner: (f32, f32),
-    lanes: u16,
-) -> [Vec4; 2] {
+fn component<S: Simd>(simd: S, k: &Bilinear4, i: usize, batch: &Batch) -> [f32x16<S>; 3] {
     let u = f32x16::load_array_ref(simd, &batch.u);
     let v = f32x16::load_array_ref(simd, &batch.v);
-    let x = f32x16::load_array_ref(simd, &batch.x) + corner.0;
-    let y = f32x16::load_array_ref(simd, &batch.y) + corner.1;
-    let zero = f32x16::splat(simd, 0.0);
-    let weight = evaluate(k, 2, u, v, x, y);
-    let usable = weight.simd_ne(zero);
-    let s = usable.select(evaluate(k, 0, u, v, x, y) / weight, zero);
-    let t = usable.select(evaluate(k, 1, u, v, x, y) / weight, zero);
-    // What is no number looks at the first texel.
-    let huge = f32x16::splat(simd, 1e30);
-    let (s, t) = (s.abs().simd_lt(huge).select(s, zero), t.abs().simd_lt(huge).select(t, zero));
-    let right = s - s.floor();
-    // v runs up, rows run down.
-    let down = f32x16::splat(simd, 1.0) - (t - t.floor());
-
-    let mut out = [Vec4::ZERO; 2];
-    add_level(simd, levels.low, (1.0 - levels.share) / 65535.0, right, down, lanes, batch.odd, &mut out);
-    if levels.share > 0.0 {
-        add_level(simd, levels.high, levels.share / 65535.0, right, down, lanes, batch.odd, &mut out);
-    }
-    out
-}
-
-/// Component `i` of the four functions at the 16 samples.
-#[inline(always)]
-fn evaluate<S: Simd>(
-    k: &Bilinear4,
-    i: usize,
-    u: f32x16<S>,
-    v: f32x16<S>,
-    x: f32x16<S>,
-    y: f32x16<S>,
-) -> f32x16<S> {
+    let x = f32x16::load_array_ref(simd, &batch.x);
+    let y = f32x16::load_array_ref(simd, &batch.y);
     let c = u * k[1][i] + v * k[2][i] + k[0][i];
     let cx = u * k[4][i] + v * k[5][i] + k[3][i];
     let cy = u * k[7][i] + v * k[8][i] + k[6][i];
-    c + cx * x + cy * y
+    [c + cx * x + cy * y, cx, cy]
 }
 
-/// The two texels beside each coordinate in 0..1 along one side, and how near it is to the second.
+/// The sums of the colours of the even and the odd samples among `lanes`, whose block has its corner at `corner`
+/// from the tile's centre.
 #[inline(always)]
-fn neighbours<S: Simd>(simd: S, t: f32x16<S>, size: u32) -> ([u32; LANES], [u32; LANES], f32x16<S>) {
-    let zero = f32x16::splat(simd, 0.0);
-    let at = t * size as f32 - 0.5;
-    let low = at.floor();
-    let share = at - low;
-    let last = f32x16::splat(simd, size as f32 - 1.0);
-    // -0.5 to size - 0.5: one step either way wraps.
-    let first = low.simd_lt(zero).select(last, low);
-    let second = first.simd_ge(last).select(zero, first + 1.0);
-    (simd.cvt_u32_f32x16(first).to_array(), simd.cvt_u32_f32x16(second).to_array(), share)
-}
-
-#[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "an inner loop, taken apart")]
-fn add_level<S: Simd>(
+pub(crate) fn sums<S: Simd>(
     simd: S,
-    level: &scene::Level,
-    scale: f32,
+    choice: Choice<'_>,
+    coordinates: &Coordinates<S>,
+    corner: Vec2,
+    lanes: u16,
+    odd: u16,
+) -> [Vec4; 2] {
+    let [right, down] = coordinates.at(simd, corner);
+    if choice.nearest {
+        nearest(simd, choice, right, down, [lanes & !odd, lanes & odd])
+    } else {
+        bilinear(simd, choice, right, down, lanes, odd)
+    }
+}
+
+#[inline(always)]
+fn nearest<S: Simd>(
+    simd: S,
+    choice: Choice<'_>,
+    right: f32x16<S>,
+    down: f32x16<S>,
+    lanes: [u16; 2],
+) -> [Vec4; 2] {
+    let steps = (right * choice.right.size + choice.right.part).floor();
+    let (column, _) = wrap(simd, choice.right, steps, 0.0);
+    let steps = (down * choice.down.size + choice.down.part).floor();
+    let (row, _) = wrap(simd, choice.down, steps, 0.0);
+    let places = (row * u32x16::splat(simd, choice.level.width) + column).to_array();
+    let texels = &choice.level.texels[..];
+    [sum(texels, &places, lanes[0]), sum(texels, &places, lanes[1])]
+}
+
+/// [`Side::wrap`] for 16, and whether none of them, nor any up to `more` texels on, needed wrapping.
+#[inline(always)]
+fn wrap<S: Simd>(simd: S, side: Side, steps: f32x16<S>, more: f32) -> (u32x16<S>, bool) {
+    let zero = f32x16::splat(simd, 0.0);
+    let texel = steps + side.start;
+    let inside = texel.simd_ge(zero) & texel.simd_le(f32x16::splat(simd, side.size - 1.0 - more));
+    if inside.all_true() {
+        return (simd.cvt_u32_f32x16(texel), true);
+    }
+    let last = f32x16::splat(simd, side.size - 1.0);
+    let turns = ((texel + 0.5) * side.inverse).floor();
+    let texel = texel - turns * side.size;
+    let texel = texel.simd_gt(zero).select(texel, zero);
+    (simd.cvt_u32_f32x16(texel.simd_gt(last).select(last, texel)), false)
+}
+
+/// The sum of the texels at the places of `lanes`, 1 for full.
+#[inline(always)]
+fn sum(texels: &[[u16; 4]], places: &[u32; LANES], lanes: u16) -> Vec4 {
+    let mut sum = [0u32; 4];
+    let mut add = |lane: usize| {
+        if let Some(texel) = texels.get(places[lane] as usize) {
+            for (sum, &value) in sum.iter_mut().zip(texel) {
+                *sum += u32::from(value);
+            }
+        }
+    };
+    match lanes {
+        0 => return Vec4::ZERO,
+        0x00ff => (0..8).for_each(add),
+        0xff00 => (8..16).for_each(add),
+        _ => {
+            let mut rest = lanes;
+            while rest != 0 {
+                add(rest.trailing_zeros() as usize % LANES);
+                rest &= rest - 1;
+            }
+        }
+    }
+    // Up to 16 sixteen-bit numbers: exact.
+    Vec4::from_array(sum.map(|sum| sum as f32)) * (1.0 / 65535.0)
+}
+
+#[inline(always)]
+fn bilinear<S: Simd>(
+    simd: S,
+    choice: Choice<'_>,
     right: f32x16<S>,
     down: f32x16<S>,
     lanes: u16,
     odd: u16,
-    out: &mut [Vec4; 2],
-) {
-    let (x0, x1, fx) = neighbours(simd, right, level.width);
-    let (y0, y1, fy) = neighbours(simd, down, level.height);
-    let one = f32x16::splat(simd, 1.0);
-    let (gx, gy) = ((one - fx) * scale, one - fy);
-    let fx = fx * scale;
-    let weights = [(gx * gy).to_array(), (fx * gy).to_array(), (gx * fy).to_array(), (fx * fy).to_array()];
-    let width = level.width as usize;
-    let texels = &level.texels[..];
+) -> [Vec4; 2] {
+    let right = right * choice.right.size + choice.right.part - 0.5;
+    let down = down * choice.down.size + choice.down.part - 0.5;
+    let (x, y) = (right.floor(), down.floor());
+    let (fx, fy) = (right - x, down - y);
+    let (x0, plain_x) = wrap(simd, choice.right, x, 1.0);
+    let (y0, plain_y) = wrap(simd, choice.down, y, 1.0);
+    let one = u32x16::splat(simd, 1);
+    let x1 = if plain_x { x0 + one } else { wrap(simd, choice.right, x + 1.0, 0.0).0 };
+    let y1 = if plain_y { y0 + one } else { wrap(simd, choice.down, y + 1.0, 0.0).0 };
+    let width = u32x16::splat(simd, choice.level.width);
+    let (top, bottom) = (y0 * width, y1 * width);
+    let corners =
+        [(top + x0).to_array(), (top + x1).to_array(), (bottom + x0).to_array(), (bottom + x1).to_array()];
+    let texels = &choice.level.texels[..];
+    let texel = |corner: usize, lane: usize| {
+        texels.get(corners[corner][lane % LANES] as usize).copied().unwrap_or_default()
+    };
+    let full = 1.0 / 65535.0;
+
+    let halves = [lanes & !odd, lanes & odd];
+    let first = lanes.trailing_zeros() as usize % LANES;
+    let same = (top + x0).simd_eq(u32x16::splat(simd, corners[0][first])).to_bitmask() as u16;
+    if same & lanes == lanes {
+        // All between the same four texels.
+        let four = [texel(0, first), texel(1, first), texel(2, first), texel(3, first)];
+        let [a, b, c, d] = four.map(|texel| Vec4::from_array(texel.map(f32::from)) * full);
+        if four[0] == four[1] && four[0] == four[2] && four[0] == four[3] {
+            return halves.map(|half| a * half.count_ones() as f32);
+        }
+        let both = fx * fy;
+        return halves.map(|half| {
+            let x = total(simd, fx, half);
+            let y = total(simd, fy, half);
+            let xy = total(simd, both, half);
+            a * half.count_ones() as f32 + (b - a) * x + (c - a) * y + (a - b - c + d) * xy
+        });
+    }
+
+    let shares = [fx.to_array(), fy.to_array()];
+    [
+        interpolate(texels, &corners, &shares, lanes & !odd),
+        interpolate(texels, &corners, &shares, lanes & odd),
+    ]
+}
+
+/// The sum over `lanes` of what lies between their four texels.
+#[inline(always)]
+fn interpolate(
+    texels: &[[u16; 4]],
+    corners: &[[u32; LANES]; 4],
+    shares: &[[f32; LANES]; 2],
+    lanes: u16,
+) -> Vec4 {
+    let mut sum = Vec4::ZERO;
     let mut rest = lanes;
     while rest != 0 {
         let lane = rest.trailing_zeros() as usize % LANES;
         rest &= rest - 1;
-        let rows = [y0[lane] as usize * width, y1[lane] as usize * width];
-        let columns = [x0[lane] as usize, x1[lane] as usize];
-        let texel = |row: usize, column: usize| {
-            let [r, g, b, a] = texels.get(rows[row] + columns[column]).copied().unwrap_or_default();
+        let texel = |corner: usize| {
+            let [r, g, b, a] = texels.get(corners[corner][lane] as usize).copied().unwrap_or_default();
             Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a))
         };
-        let color = texel(0, 0) * weights[0][lane]
-            + texel(0, 1) * weights[1][lane]
-            + texel(1, 0) * weights[2][lane]
-            + texel(1, 1) * weights[3][lane];
-        out[usize::from(odd >> lane & 1 == 1)] += color;
+        let (a, b, c, d) = (texel(0), texel(1), texel(2), texel(3));
+        let top = a + (b - a) * shares[0][lane];
+        let bottom = c + (d - c) * shares[0][lane];
+        sum += top + (bottom - top) * shares[1][lane];
+    }
+    sum * (1.0 / 65535.0)
+}
+
+/// The sum over `lanes`, in one order at every SIMD level.
+#[inline(always)]
+fn total<S: Simd>(simd: S, x: f32x16<S>, lanes: u16) -> f32 {
+    let mask = mask32x16::from_bitmask(simd, u64::from(lanes));
+    let x = mask.select(x, f32x16::splat(simd, 0.0)).to_array();
+    let mut sum = [0.0; 8];
+    for i in 0..8 {
+        sum[i] = x[i] + x[i + 8];
+    }
+    let four = [sum[0] + sum[4], sum[1] + sum[5], sum[2] + sum[6], sum[3] + sum[7]];
+    (four[0] + four[2]) + (four[1] + four[3])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Level, Texture};
+    use fearless_simd::dispatch;
+
+    #[test]
+    fn sixteen_look_ups_equal_single_ones() {
+        let texels = (0..35u32).map(|i| [0u32, 1, 2, 3].map(|c| (hash(i * 4 + c) >> 16) as u16)).collect();
+        let texture = Texture::from_level(Level { width: 7, height: 5, texels }).unwrap();
+        let random = |seed: u32| std::array::from_fn(|i| hash(seed + i as u32) as f32 / 4_294_967_296.0);
+        let batch = Batch {
+            cell: 0,
+            u: random(100),
+            v: random(200),
+            x: random(300),
+            y: random(400),
+            pixel: [0; LANES],
+            index: [0; LANES],
+            live: 0xffff,
+            odd: 0xff00,
+        };
+        let k: Bilinear4 = std::array::from_fn(|i| {
+            let [a, b, ..]: [f32; LANES] = random(1000 + 2 * i as u32);
+            Vec4::new(3.0 * a - 2.0, 3.0 * b - 2.0, if i == 0 { 1.0 } else { 0.01 * a }, 0.0)
+        });
+        for (lanes, nearest) in [(0xffff, false), (0x00ff, true), (0x8421, true), (0x0001, false)] {
+            let fine = Choice::colour(&texture, 0, [77, 200]).unwrap();
+            let choice = Choice { nearest, ..fine };
+            let mut wanted = [Vec4::ZERO; 2];
+            for lane in (0..LANES).filter(|lane| lanes >> lane & 1 == 1) {
+                let (u, v, x, y) = (batch.u[lane], batch.v[lane], batch.x[lane] + 3.0, batch.y[lane] - 2.0);
+                let at = |k: &[Vec4]| k[0] + k[1] * u + k[2] * v;
+                let at = at(&k[..3]) + at(&k[3..6]) * x + at(&k[6..]) * y;
+                wanted[usize::from(lane >= 8)] += choice.read(Vec2::new(at.x, at.y) / at.z);
+            }
+            let found = dispatch!(fearless_simd::Level::new(), simd => {
+                let coordinates = Coordinates::new(simd, &k, &batch);
+                sums(simd, choice, &coordinates, Vec2::new(3.0, -2.0), lanes, batch.odd)
+            });
+            for half in 0..2 {
+                assert!((found[half] - wanted[half]).abs().max_element() < 1e-3, "{lanes:x}");
+            }
+        }
+    }
+
+    fn hash(x: u32) -> u32 {
+        let x = (x ^ x >> 16).wrapping_mul(0x7feb_352d);
+        let x = (x ^ x >> 15).wrapping_mul(0x846c_a68b);
+        x ^ x >> 16
     }
 }

@@ -2,8 +2,8 @@
 //! point and place, like the edge functions that they are sums of.
 
 use super::Place;
-use super::filter::Footprint;
-use glam::{DVec3, DVec4, Vec2, Vec3, Vec4};
+use super::filter::{Anchor, Footprint};
+use glam::{DVec2, DVec3, DVec4, Vec2, Vec3, Vec4};
 
 /// Coefficients of `1, u, v, x, xu, xv, y, yu, yv`, four functions side by side.
 pub(crate) type Bilinear4 = [Vec4; 9];
@@ -12,21 +12,24 @@ pub(crate) type Bilinear4 = [Vec4; 9];
 #[derive(Clone, Debug)]
 pub(crate) struct Look {
     pub material: u32,
-    /// `u`, `v` and 1, each times the sum of the edge functions.
+    /// Texture coordinates right and down from `anchor`, and 1, each times the sum of the edge functions.
     pub texture: Option<Bilinear4>,
+    pub anchor: Anchor,
     /// The normal times that sum; for flat triangles `face` counts.
-    normal: Option<Bilinear4>,
+    pub normal: Option<Bilinear4>,
     pub face: Vec3,
     /// The light on the side of `face`, and on the other.
     pub lit: [Vec3; 2],
 }
 
 impl Look {
-    /// From the edge functions about the tile's centre.
+    /// From the edge functions about the tile's centre. Texture coordinates are `u`, `v` of the corners; where
+    /// the triangle is seen they lie between those of `range`.
     pub(crate) fn new(
         edges: &[[f64; 9]; 3],
         material: u32,
-        texcoords: Option<[Vec2; 3]>,
+        texcoords: Option<[DVec2; 3]>,
+        range: [DVec2; 2],
         normals: Option<[Vec3; 3]>,
         face: Vec3,
     ) -> Self {
@@ -35,35 +38,27 @@ impl Look {
                 (corner[0] * edges[0][k] + corner[1] * edges[1][k] + corner[2] * edges[2][k]).as_vec4()
             })
         };
+        let mut anchor = [0; 2];
         let texture = texcoords.map(|t| {
-            let t = t.map(Vec2::as_dvec2);
-            // Textures repeat: the whole turns at the tile's centre are dropped before rounding to single
-            // precision, so that a large quadrilateral's coordinates are as good as a small one's.
             let weights = DVec3::new(edges[0][0], edges[1][0], edges[2][0]);
             let center = (t[0] * weights.x + t[1] * weights.y + t[2] * weights.z) / weights.element_sum();
-            let (low, high) = (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]));
-            let base = if center.is_finite() { center.clamp(low, high).floor() } else { low.floor() };
-            sum(t.map(|uv| (uv - base).extend(1.0).extend(0.0)))
+            let center = if center.is_finite() { center.clamp(range[0], range[1]) } else { range[0] };
+            // Down is against v. A 256th is exact in single precision, and so is what is left of the corners.
+            let start = (DVec2::new(center.x, 1.0 - center.y) * 256.0).round();
+            anchor = (start - (start / 256.0).floor() * 256.0).to_array().map(|part| part as u32 & 255);
+            let start = start / 256.0;
+            sum(t.map(|uv| DVec4::new(uv.x - start.x, (1.0 - uv.y) - start.y, 1.0, 0.0)))
         });
         // Equal normals make a flat triangle: nothing to interpolate.
         let flat = normals.is_some_and(|[a, b, c]| a == b && b == c);
         Self {
             material,
             texture,
+            anchor,
             normal: if flat { None } else { normals.map(|n| sum(n.map(|n| n.as_dvec3().extend(0.0)))) },
             face: if let (true, Some(n)) = (flat, normals) { n[0] } else { face },
             lit: [Vec3::ZERO; 2],
         }
-    }
-
-    /// The interpolated unit normal; `None` for a flat triangle.
-    #[inline]
-    pub(crate) fn normal(&self, place: Place) -> Option<Vec3> {
-        let [c, cx, cy] = at_lens(self.normal.as_ref()?, place);
-        let n = (c + cx * place.x + cy * place.y).truncate();
-        let length = n.dot(n).sqrt();
-        // The sum of the edge functions has the sign of the side that is seen, and so has the length.
-        Some(if length > 0.0 && length.is_finite() { n / length } else { self.face })
     }
 
     /// Texture coordinates and how they change from pixel to pixel; `None` where there is no texture.
@@ -73,9 +68,9 @@ impl Look {
         let [c, cx, cy] = at_lens(k, place);
         let at = c + cx * place.x + cy * place.y;
         let inverse = if at.z == 0.0 { 0.0 } else { 1.0 / at.z };
-        let uv = Vec2::new(at.x, at.y) * inverse;
-        let slope = |d: Vec4| (Vec2::new(d.x, d.y) - uv * d.z) * inverse;
-        Some(Footprint { uv, dx: slope(cx), dy: slope(cy) })
+        let at = Vec2::new(at.x, at.y) * inverse;
+        let slope = |d: Vec4| (Vec2::new(d.x, d.y) - at * d.z) * inverse;
+        Some(Footprint { at, dx: slope(cx), dy: slope(cy) })
     }
 }
 

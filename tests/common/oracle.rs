@@ -106,7 +106,11 @@ fn radiance(scene: &Scene, u: f64, v: f64, x: f64, y: f64) -> (DVec3, bool) {
     }
     let direction = optics.world_from_lens().vector(ray.direction).normalize();
     let color = match best {
-        Some(hit) => shade(scene, &hit, direction),
+        Some(hit) => {
+            let (color, near) = shade(scene, &hit, direction);
+            doubt |= near;
+            color
+        }
         None => {
             let rise = scene.up.normalize().dot(direction).max(0.0);
             scene.sky.horizon + (scene.sky.zenith - scene.sky.horizon) * rise
@@ -125,7 +129,7 @@ fn radiance(scene: &Scene, u: f64, v: f64, x: f64, y: f64) -> (DVec3, bool) {
     (color * falloff, doubt)
 }
 
-fn shade(scene: &Scene, hit: &Hit, direction: DVec3) -> DVec3 {
+fn shade(scene: &Scene, hit: &Hit, direction: DVec3) -> (DVec3, bool) {
     let surfaces = &scene.surfaces;
     let attributes = surfaces.attributes[hit.triangle];
     let material = &surfaces.materials[attributes.material as usize];
@@ -141,22 +145,25 @@ fn shade(scene: &Scene, hit: &Hit, direction: DVec3) -> DVec3 {
         normal = -normal;
     }
     let mut diffuse = DVec3::from_array(material.diffuse.map(f64::from));
-    if let (Some(map), Some((uv, dx, dy))) = (&material.diffuse_map, coordinates(scene, hit)) {
-        let texel = trilinear(map, uv, dx, dy);
+    let mut doubt = false;
+    if let (Some(map), Some(footprint)) = (&material.diffuse_map, coordinates(scene, hit)) {
+        let (texel, near) = colour(map, footprint);
+        doubt = near;
         diffuse *= DVec3::new(texel[0], texel[1], texel[2]);
     }
     let mut light = scene.sky.ambient;
     if let Some(sun) = &scene.sun {
         light += sun.color * normal.dot(sun.toward.normalize()).max(0.0);
     }
-    DVec3::from_array(material.emission.map(f64::from)) + diffuse * light
+    (DVec3::from_array(material.emission.map(f64::from)) + diffuse * light, doubt)
 }
 
 fn alpha(scene: &Scene, hit: &Hit) -> f64 {
     let material = &scene.surfaces.materials[scene.surfaces.attributes[hit.triangle].material as usize];
     let Some((uv, dx, dy)) = coordinates(scene, hit) else { return 1.0 };
-    let of =
-        |map: &Option<std::sync::Arc<Texture>>| map.as_ref().map_or(1.0, |map| trilinear(map, uv, dx, dy)[3]);
+    let of = |map: &Option<std::sync::Arc<Texture>>| {
+        map.as_ref().map_or(1.0, |map| bilinear(map, level_of(map, dx, dy, 0.25).0, uv)[3])
+    };
     of(&material.diffuse_map).min(of(&material.opacity_map))
 }
 
@@ -170,19 +177,31 @@ fn coordinates(scene: &Scene, hit: &Hit) -> Option<(DVec2, DVec2, DVec2)> {
     Some((mix(hit.weights), mix(hit.dx), mix(hit.dy)))
 }
 
-fn trilinear(texture: &Texture, uv: DVec2, dx: DVec2, dy: DVec2) -> [f64; 4] {
+/// The level that is `log2` of `factor` sides of the pixel's footprint, rounded down, and whether it is near the next.
+fn level_of(texture: &Texture, dx: DVec2, dy: DVec2, factor: f64) -> (usize, bool) {
     let size = DVec2::new(f64::from(texture.levels[0].width), f64::from(texture.levels[0].height));
-    // A quarter of the shorter side, squared: its log2, straight between powers of two as the library's, is
-    // twice the level.
-    let square = (dx * size).length_squared().min((dy * size).length_squared()) / 16.0;
-    let last = texture.levels.len() - 1;
-    let whole = if square > 1.0 { libm::log2(square).floor() } else { 0.0 };
-    let level = if square > 1.0 { 0.5 * (whole + square / libm::exp2(whole) - 1.0) } else { 0.0 };
-    let low = (level as usize).min(last);
-    let high = (low + 1).min(last);
-    let share = (level - low as f64).min(1.0);
-    let (a, b) = (bilinear(texture, low, uv), bilinear(texture, high, uv));
-    std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
+    let side = (dx * size).length().min((dy * size).length());
+    let level = libm::log2(side * factor).max(0.0);
+    (
+        (level as usize).min(texture.levels.len() - 1),
+        (level - (level + 0.5).floor()).abs() < 1e-5 && level > 1e-5,
+    )
+}
+
+/// Colour: magnified, bilinear in the finest level; else the nearest texel of the level whose texels are nearest
+/// to a quarter of the pixel's shorter side. And whether a hair's breadth would change it.
+fn colour(texture: &Texture, (uv, dx, dy): (DVec2, DVec2, DVec2)) -> ([f64; 4], bool) {
+    let (level, doubt) = level_of(texture, dx, dy, std::f64::consts::SQRT_2 / 4.0);
+    if level == 0 {
+        return (bilinear(texture, 0, uv), doubt);
+    }
+    let level = &texture.levels[level];
+    let size = DVec2::new(f64::from(level.width), f64::from(level.height));
+    let at = DVec2::new(uv.x - uv.x.floor(), (1.0 - uv.y) - (1.0 - uv.y).floor()) * size;
+    let near = |c: f64| (c - (c + 0.5).floor()).abs() < 1e-3;
+    let (x, y) = (at.x as usize % level.width as usize, at.y as usize % level.height as usize);
+    let texel = level.texels[y * level.width as usize + x].map(|c| f64::from(c) / 65535.0);
+    (texel, doubt || near(at.x) || near(at.y))
 }
 
 fn bilinear(texture: &Texture, level: usize, uv: DVec2) -> [f64; 4] {

@@ -1,0 +1,164 @@
+//! Coverage and depth of a small triangle, lens point by lens point: 16 blocks of a row at a time.
+//!
+//! Out of focus, 16 lens points see a small triangle in 16 places. Drawn block by block all of the blocks
+//! between would be visited; drawn lens point by lens point only its own. The sums are the same in the same
+//! order, so the bits are those of [`super::regions`].
+
+use super::kernel::Functions;
+use super::view::Batch;
+use super::visibility::{REGION, Visibility};
+use super::{LANES, TILE};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, i32x16};
+
+/// The blocks that each of 16 lens points sees a triangle in.
+pub(super) struct LaneBoxes {
+    x0: [i32; LANES],
+    x1: [i32; LANES],
+    y0: [i32; LANES],
+    y1: [i32; LANES],
+    /// All of them: columns and rows, first and last; empty where a last comes before its first.
+    pub union: [i32; 4],
+    /// Rows of 16 blocks that drawing lane by lane would visit.
+    pub row_visits: i32,
+}
+
+/// Lane by lane, the first and last block whose sample can lie in the triangle, within `blocks`.
+#[inline(always)]
+pub(super) fn lane_boxes<S: Simd>(
+    simd: S,
+    corners: &[[[f32; 3]; 3]; 3],
+    batch: &Batch,
+    block: (u32, u32),
+    blocks: [i32; 4],
+) -> LaneBoxes {
+    let u = f32x16::load_array_ref(simd, &batch.u);
+    let v = f32x16::load_array_ref(simd, &batch.v);
+    let one = f32x16::splat(simd, 1.0);
+    let i0 = one / linear(&corners[0][2], u, v);
+    let i1 = one / linear(&corners[1][2], u, v);
+    let i2 = one / linear(&corners[2][2], u, v);
+    let p = linear(&corners[0][0], u, v) * i0;
+    let q = linear(&corners[1][0], u, v) * i1;
+    let r = linear(&corners[2][0], u, v) * i2;
+    let (x0, x1) = range(simd, [p, q, r], &batch.x, block.0, [blocks[0], blocks[1]]);
+    let p = linear(&corners[0][1], u, v) * i0;
+    let q = linear(&corners[1][1], u, v) * i1;
+    let r = linear(&corners[2][1], u, v) * i2;
+    let (y0, y1) = range(simd, [p, q, r], &batch.y, block.1, [blocks[2], blocks[3]]);
+
+    let zero = i32x16::splat(simd, 0);
+    let (w, h) = (x1 - x0 + 1, y1 - y0 + 1);
+    let some = w.simd_gt(zero) & h.simd_gt(zero);
+    let (most, least) = (i32x16::splat(simd, i32::MAX), i32x16::splat(simd, i32::MIN));
+    let union = [
+        some.select(x0, most).reduce_min(),
+        some.select(x1, least).reduce_max(),
+        some.select(y0, most).reduce_min(),
+        some.select(y1, least).reduce_max(),
+    ];
+    // A row of more than 16 blocks is visited twice.
+    let visits = w.simd_gt(i32x16::splat(simd, LANES as i32)).select(h + h, h);
+    let row_visits = some.select(visits, zero).reduce_sum();
+    LaneBoxes {
+        x0: x0.to_array(),
+        x1: x1.to_array(),
+        y0: y0.to_array(),
+        y1: y1.to_array(),
+        union,
+        row_visits,
+    }
+}
+
+#[inline(always)]
+fn linear<S: Simd>(row: &[f32; 3], u: f32x16<S>, v: f32x16<S>) -> f32x16<S> {
+    u * row[1] + v * row[2] + row[0]
+}
+
+/// The first and last block along one axis, of `step` pixels each, that three corners span.
+#[inline(always)]
+fn range<S: Simd>(
+    simd: S,
+    [p, q, r]: [f32x16<S>; 3],
+    jitter: &[f32; LANES],
+    step: u32,
+    [low, high]: [i32; 2],
+) -> (i32x16<S>, i32x16<S>) {
+    /// Against rounding of positions and edges, in pixels.
+    const MARGIN: f32 = 4e-3;
+    let half = 0.5 * TILE as f32;
+    let jitter = f32x16::load_array_ref(simd, jitter);
+    let to_block = 1.0 / step as f32;
+    let (low, high) = (f32x16::splat(simd, low as f32), f32x16::splat(simd, high as f32));
+    let first = (p.min(q).min(r) - jitter + (half - MARGIN)) * to_block;
+    let last = (p.max(q).max(r) - jitter + (half + MARGIN)) * to_block;
+    // One beyond each end, so that an empty range stays empty and conversion to integers stays exact.
+    let first = first.ceil().max(low).min(high + 1.0);
+    let last = last.floor().min(high).max(low - 1.0);
+    (simd.cvt_i32_f32x16(first), simd.cvt_i32_f32x16(last))
+}
+
+/// Draws a triangle lens point by lens point.
+#[inline(always)]
+pub(super) fn draw<S: Simd>(
+    simd: S,
+    functions: &Functions<S>,
+    boxes: &LaneBoxes,
+    id: u32,
+    seen: &mut Visibility,
+) {
+    let half = 0.5 * TILE as f32;
+    let zero = f32x16::splat(simd, 0.0);
+    let count = f32x16::load_array(simd, COUNT);
+    let step = functions.step;
+    let live = functions.live.to_bitmask();
+    let [a0, ax, ay] = arrays(functions.a);
+    let [b0, bx, by] = arrays(functions.b);
+    let [c0, cx, cy] = arrays(functions.c);
+    let [z0, zx, zy] = arrays(functions.z);
+    for lane in 0..LANES {
+        let (x0, x1) = (boxes.x0[lane], boxes.x1[lane]);
+        if live >> lane & 1 == 0 || x0 > x1 {
+            continue;
+        }
+        for row in boxes.y0[lane]..=boxes.y1[lane] {
+            let y = row as f32 * step.1 - half;
+            let (ra, rb) = (a0[lane] + ay[lane] * y, b0[lane] + by[lane] * y);
+            let (rc, rz) = (c0[lane] + cy[lane] * y, z0[lane] + zy[lane] * y);
+            let first = row as usize * seen.columns;
+            let mut start = x0;
+            while start <= x1 {
+                let x = (count + start as f32) * step.0 - half;
+                let hit = (x * ax[lane] + ra).simd_ge(zero)
+                    & (x * bx[lane] + rb).simd_ge(zero)
+                    & (x * cx[lane] + rc).simd_ge(zero);
+                let wanted = (x1 - start + 1).min(LANES as i32);
+                let mut bits = hit.to_bitmask() & ((1 << wanted) - 1);
+                if bits != 0 {
+                    let z = (x * zx[lane] + rz).to_array();
+                    while bits != 0 {
+                        let column = bits.trailing_zeros() as usize % LANES;
+                        bits &= bits - 1;
+                        let at = start as usize + column;
+                        if let (Some(depth), Some(ids)) =
+                            (seen.depth.get_mut(first + at), seen.id.get_mut(first + at))
+                            && z[column] > depth[lane]
+                        {
+                            depth[lane] = z[column];
+                            ids[lane] = id;
+                            seen.touch(at / REGION, row as usize / REGION);
+                        }
+                    }
+                }
+                start += LANES as i32;
+            }
+        }
+    }
+}
+
+const COUNT: [f32; LANES] =
+    [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
+
+#[inline(always)]
+fn arrays<S: Simd>([c, x, y]: [f32x16<S>; 3]) -> [[f32; LANES]; 3] {
+    [c.to_array(), x.to_array(), y.to_array()]
+}

@@ -1,0 +1,136 @@
+//! What is seen: depth and surface of 16 samples at each block of a tile, and the groups that see the same.
+
+use super::view::Batch;
+use super::{LANES, TILE};
+use fearless_simd::{Level, Simd, SimdBase, SimdMask, dispatch, f32x16, u32x16};
+
+/// The id where nothing is seen.
+pub(crate) const NOTHING: u32 = u32::MAX;
+
+/// Blocks on the side of a region, the unit of culling.
+pub(crate) const REGION: usize = 4;
+
+/// Regions on the side of a tile whose blocks are single pixels.
+const MOST_REGIONS: usize = TILE as usize / REGION;
+
+/// See the module.
+pub(crate) struct Visibility {
+    /// `1/t`, 0 where nothing is seen. Row by row.
+    pub depth: Vec<[f32; LANES]>,
+    /// The id of the surface that is seen, [`NOTHING`] where none is.
+    pub id: Vec<[u32; LANES]>,
+    /// Blocks in a row.
+    pub columns: usize,
+    /// Lane by lane at most the depth anywhere in a region.
+    floors: [[f32; LANES]; MOST_REGIONS * MOST_REGIONS],
+    /// Regions that were drawn into since.
+    stale: u64,
+    /// Lane by lane at most the depth anywhere in the tile.
+    pub floor: [f32; LANES],
+    /// Regions drawn into since that was made.
+    changes: u32,
+}
+
+/// Regions that are drawn into before the tile's floor is made again: it costs as much as four regions' floors.
+const PATIENCE: u32 = 32;
+
+impl Visibility {
+    pub(crate) fn new() -> Self {
+        Self {
+            depth: Vec::new(),
+            id: Vec::new(),
+            columns: 0,
+            floors: [[0.0; LANES]; MOST_REGIONS * MOST_REGIONS],
+            stale: 0,
+            floor: [0.0; LANES],
+            changes: 0,
+        }
+    }
+
+    /// Empties it for blocks of the given size.
+    pub(crate) fn clear(&mut self, block_width: u32, block_height: u32) {
+        self.columns = (TILE / block_width) as usize;
+        let blocks = self.columns * (TILE / block_height) as usize;
+        self.depth.clear();
+        self.depth.resize(blocks, [0.0; LANES]);
+        self.id.clear();
+        self.id.resize(blocks, [NOTHING; LANES]);
+        self.floors = [[0.0; LANES]; MOST_REGIONS * MOST_REGIONS];
+        self.stale = 0;
+        self.floor = [0.0; LANES];
+        self.changes = 0;
+    }
+
+    /// Says that the region in this column and row of regions was drawn into.
+    #[inline(always)]
+    pub(crate) fn touch(&mut self, column: usize, row: usize) {
+        self.stale |= 1 << (row * MOST_REGIONS + column);
+        self.changes += 1;
+    }
+
+    /// Lane by lane at most the depth anywhere in the region.
+    #[inline(always)]
+    pub(crate) fn region_floor<S: Simd>(&mut self, simd: S, column: usize, row: usize) -> f32x16<S> {
+        let at = (row * MOST_REGIONS + column) % (MOST_REGIONS * MOST_REGIONS);
+        if self.stale >> at & 1 == 0 {
+            return f32x16::load_array_ref(simd, &self.floors[at]);
+        }
+        self.stale &= !(1 << at);
+        let mut least = f32x16::splat(simd, f32::INFINITY);
+        for y in row * REGION..(row + 1) * REGION {
+            let first = y * self.columns + column * REGION;
+            if let Some(blocks) = self.depth.get(first..first + REGION) {
+                for depth in blocks {
+                    least = least.min(f32x16::load_array_ref(simd, depth));
+                }
+            }
+        }
+        least.store_array(&mut self.floors[at]);
+        least
+    }
+
+    /// Makes the tile's floor again where that may pay.
+    #[inline(always)]
+    pub(crate) fn raise_floor<S: Simd>(&mut self, simd: S) {
+        if self.changes < PATIENCE {
+            return;
+        }
+        self.changes = 0;
+        let mut least = f32x16::splat(simd, f32::INFINITY);
+        for row in 0..self.depth.len() / self.columns / REGION {
+            for column in 0..self.columns / REGION {
+                least = least.min(self.region_floor(simd, column, row));
+            }
+        }
+        least.store_array(&mut self.floor);
+    }
+}
+
+/// Samples of one block that see the same: lanes of a batch, lane 0 in the lowest bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Group {
+    pub block: u16,
+    pub lanes: u16,
+    /// The surface they see, or [`NOTHING`].
+    pub id: u32,
+}
+
+/// Sorts the samples of a batch into groups, block by block.
+pub(crate) fn group(level: Level, batch: &Batch, seen: &Visibility, out: &mut Vec<Group>) {
+    out.clear();
+    dispatch!(level, simd => group_all(simd, batch, seen, out));
+}
+
+#[inline(always)]
+fn group_all<S: Simd>(simd: S, batch: &Batch, seen: &Visibility, out: &mut Vec<Group>) {
+    for (block, ids) in seen.id.iter().enumerate() {
+        let all = u32x16::load_array_ref(simd, ids);
+        let mut rest = batch.live;
+        while rest != 0 {
+            let id = ids[rest.trailing_zeros() as usize % LANES];
+            let same = all.simd_eq(u32x16::splat(simd, id)).to_bitmask() as u16 & rest;
+            out.push(Group { block: block as u16, lanes: same, id });
+            rest &= !same;
+        }
+    }
+}
