@@ -106,6 +106,7 @@ pub mod render;
 pub mod sampling;
 pub mod scene;
 mod shade;
+mod simd;
 
 pub use camera::{Aperture, Camera, FilmSize, Standard};
 pub use diagram::Figure;

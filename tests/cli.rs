@@ -43,7 +43,7 @@ fn folder(scene: &str) -> (tempfile::TempDir, PathBuf) {
 #[test]
 fn wrong_usage_is_64() {
     let (_keep, folder) = folder(CAMERA);
-    let wrong: [&[&str]; 23] = [
+    let wrong: [&[&str]; 25] = [
         &[],
         &["nothing"],
         &["--nothing"],
@@ -61,6 +61,13 @@ fn wrong_usage_is_64() {
         &["render", "scene.toml", "--max-error", "0.1", "--time-budget", "2s"],
         &["render", "scene.toml", "--width", "0"],
         &["render", "scene.toml", "--threads", "0"],
+        &["render", "scene.toml", "--simd", "mmx"],
+        // No machine has both.
+        if cfg!(target_arch = "aarch64") {
+            &["render", "scene.toml", "--simd", "avx2"]
+        } else {
+            &["render", "scene.toml", "--simd", "neon"]
+        },
         &["render", "scene.toml", "-o", "x.jpg"],
         &["render", "scene.toml", "-o", "x"],
         &["diagram", "scene.toml"],

@@ -164,13 +164,13 @@ fn render_writes_the_contracts_numbers() {
         ("scene_hash", Of("s")),
         ("version", Of("s")),
     ];
-    // Beyond the contract: what was counted.
-    for key in ["triangles", "bin_entries"] {
-        assert!(json.get(key).is_none_or(Value::is_number));
-        if json.get(key).is_some() {
-            shape.push((key, Of("n")));
-        }
+    // Beyond the contract: what was counted, and where the time went.
+    for key in ["triangles", "surfaces", "bin_entries", "samples", "shading_requests"] {
+        shape.push((key, Of("n")));
     }
+    let stages = ["transform", "bin", "setup", "coverage", "group", "shading", "resolve"];
+    shape.push(("stages", Table(stages.map(|stage| (stage, Of("n"))).into())));
+    shape.push(("simd", Of("s")));
     fits("", &json, &Table(shape));
     assert_eq!((&json["width"], &json["height"], &json["threads"]), (&16.into(), &13.into(), &2.into()));
     assert_eq!(json["samples_per_pixel"], serde_json::json!({ "mean": 8.0, "min": 8, "max": 8 }));

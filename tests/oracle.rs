@@ -5,7 +5,7 @@ mod common;
 use common::oracle;
 use common::scenes::{Random, Setting, camera, scene, yard};
 use glam::DVec3;
-use groundglass::render::{Execution, render};
+use groundglass::render::{Execution, SimdLevel, render};
 use groundglass::scene::Scene;
 
 const ALIGNED: Setting =
@@ -104,22 +104,34 @@ fn far_from_the_origin_nothing_is_lost() {
 }
 
 #[test]
-fn every_thread_count_gives_the_same_bytes() {
+fn every_thread_count_and_simd_level_gives_the_same_bytes() {
     let mut random = Random(9);
-    let surfaces = yard(&mut random, 300);
+    let mut surfaces = yard(&mut random, 300);
+    surfaces.find_patches();
     let setting = Setting { front: [6.0, -4.0], f_number: 2.8, ..ALIGNED };
     let camera = camera(DVec3::new(0.3, 1.2, 2.5), DVec3::new(0.0, 0.9, -3.0), 150.0, setting);
-    let scene = scene(&camera, surfaces, 150, 24);
-    let bytes = |threads: usize| {
-        let execution = Execution { threads: Some(threads), ..Execution::default() };
-        let (picture, _) = render(&scene, execution).unwrap();
+    let mut scene = scene(&camera, surfaces, 150, 24);
+    let bytes = |scene: &Scene, threads: usize, simd: Option<SimdLevel>| {
+        let execution = Execution { threads: Some(threads), simd, ..Execution::default() };
+        let (picture, _) = render(scene, execution).unwrap();
         let pixels = (0..120).flat_map(|y| (0..150).map(move |x| (x, y)));
         let bits: Vec<u32> = pixels.flat_map(|(x, y)| picture.pixel(x, y).map(f32::to_bits)).collect();
         (bits, picture.rms_error().map(f64::to_bits))
     };
-    let one = bytes(1);
-    for threads in [2, 3, 8] {
-        assert!(bytes(threads) == one, "{threads} threads");
+    for (share, samples) in [(true, 24), (false, 24), (false, 3)] {
+        scene.render.share_shading = share;
+        scene.render.samples = samples;
+        let one = bytes(&scene, 1, None);
+        for threads in [2, 3, 8] {
+            assert!(bytes(&scene, threads, None) == one, "{threads} threads");
+        }
+        for level in SimdLevel::ALL {
+            if level.is_available() {
+                assert!(bytes(&scene, 2, Some(level)) == one, "{}, {samples} samples", level.name());
+            } else {
+                println!("skipped: this machine has no {}", level.name());
+            }
+        }
     }
 }
 

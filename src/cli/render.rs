@@ -3,11 +3,11 @@
 use super::input::{self, Input, RootArguments};
 use super::progress::Progress;
 use super::stats::{self, Samples, Stats};
-use super::values::{Pixels, Positive, Seconds};
+use super::values::{Pixels, Positive, Seconds, Simd};
 use super::{diagram, interrupt, optics_words, output, report};
 use groundglass::error::{Error, ErrorKind, Result};
 use groundglass::plan::effects;
-use groundglass::render::{Execution, render};
+use groundglass::render::{Execution, SimdLevel, render};
 use groundglass::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -38,6 +38,9 @@ pub(super) struct Arguments {
     /// Number of threads; all cores by default. The picture does not depend on it
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
+    /// Vector instructions to use, to compare; the widest by default. The picture does not depend on it
+    #[arg(long, value_name = "LEVEL")]
+    pub(super) simd: Option<Simd>,
     /// Write numbers about the run (JSON)
     #[arg(long, value_name = "FILE")]
     pub(super) stats: Option<PathBuf>,
@@ -115,8 +118,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let tell = |done: usize, total: usize| progress.tell("rendering", done as u64, total as u64);
     let threads = arguments.threads.map(usize::from);
     let (clock, cpu) = (Instant::now(), stats::cpu_seconds());
+    let simd = arguments.simd.map_or_else(SimdLevel::best, |simd| simd.0);
+    let seconds = || clock.elapsed().as_secs_f64();
     let rendered = interrupt::polled(|cancel| {
-        render(&scene, Execution { threads, cancel: Some(cancel), progress: Some(&tell) })
+        let measured = arguments.stats.is_some().then_some(&seconds as &(dyn Fn() -> f64 + Sync));
+        let (cancel, progress) = (Some(cancel), Some(&tell as &(dyn Fn(usize, usize) + Sync)));
+        render(&scene, Execution { threads, simd: Some(simd), cancel, progress, clock: measured })
     });
     let (render_seconds, cpu_seconds) = (clock.elapsed().as_secs_f64(), stats::cpu_seconds() - cpu);
     progress.finish();
@@ -138,8 +145,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         samples_per_pixel: Samples::uniform(scene.render.samples),
         estimated_rms_error: exposure.rms_error(),
         effects: effects(&scene),
+        simd: simd.name(),
         triangles: counts.triangles,
+        surfaces: counts.surfaces,
         bin_entries: counts.bin_entries,
+        samples: counts.samples,
+        shading_requests: counts.shading_requests,
+        stages: counts.stages.into(),
         scene_hash: scene.hash(),
         version: env!("CARGO_PKG_VERSION"),
     };

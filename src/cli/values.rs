@@ -2,6 +2,7 @@
 //! which the argument parser reports as wrong usage.
 
 use glam::DVec3;
+use groundglass::render::SimdLevel;
 use std::str::FromStr;
 
 /// `u,v;u,v`: lens points in the unit disk.
@@ -131,6 +132,26 @@ impl FromStr for Pixels {
             Ok(pixels) => Ok(Self(pixels)),
             Err(_) if is_number => Ok(Self(u32::MAX)),
             Err(_) => Err("a whole number of pixels is needed".into()),
+        }
+    }
+}
+
+/// A SIMD level that this machine has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Simd(pub(super) SimdLevel);
+
+impl FromStr for Simd {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let names = |levels: &mut dyn Iterator<Item = SimdLevel>| {
+            levels.map(SimdLevel::name).collect::<Vec<_>>().join(", ")
+        };
+        let mut available = SimdLevel::ALL.into_iter().filter(|level| level.is_available());
+        match SimdLevel::ALL.into_iter().find(|level| level.name() == text) {
+            Some(level) if level.is_available() => Ok(Self(level)),
+            Some(_) => Err(format!("this machine lacks it; it has {}", names(&mut available))),
+            None => Err(format!("no such level; this machine has {}", names(&mut available))),
         }
     }
 }

@@ -11,7 +11,8 @@ use super::setup::{Bilinear, Setup};
 use super::view::Batch;
 use super::visibility::Visibility;
 use super::{TILE, regions, scatter};
-use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x16, mask32x16};
+use crate::simd::at_level;
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16};
 
 /// A triangle of the tile with the blocks to visit: columns `x0..=x1`, rows `y0..=y1`.
 pub(crate) struct Visit<'a> {
@@ -53,7 +54,7 @@ pub(crate) fn cover<'a>(
 ) {
     // One dispatch for each triangle: the loop over its blocks is the hot part, and the kernel stays small.
     for visit in visits {
-        dispatch!(level, simd => cover_one(simd, batch, block, &visit, seen, opaque));
+        at_level!(level, simd => cover_one(simd, batch, block, &visit, seen, opaque));
     }
 }
 
@@ -149,20 +150,7 @@ mod tests {
     use super::*;
     use crate::raster::LANES;
     use crate::raster::visibility::group;
-
-    /// The levels that this machine has.
-    fn levels() -> Vec<(&'static str, Level)> {
-        let best = Level::new();
-        let mut list = vec![("scalar", Level::Fallback(fearless_simd::Fallback::new()))];
-        #[cfg(target_arch = "x86_64")]
-        {
-            list.extend(best.as_sse2().map(|level| ("SSE2", Level::Sse2(level))));
-            list.extend(best.as_sse4_2().map(|level| ("SSE4.2", Level::Sse4_2(level))));
-            list.extend(best.as_avx2().map(|level| ("AVX2", Level::Avx2(level))));
-        }
-        list.push(("best", best));
-        list
-    }
+    use crate::simd::SimdLevel;
 
     #[test]
     fn every_simd_level_sees_the_same_bits() {
@@ -221,11 +209,10 @@ mod tests {
             let depth: Vec<u32> = seen.depth.iter().flatten().map(|z| z.to_bits()).collect();
             (depth, seen.id, groups)
         };
-        let levels = levels();
-        let wanted = run(levels[0].1);
+        let wanted = run(SimdLevel::Scalar.level());
         assert!(wanted.0.iter().filter(|&&bits| bits != 0).count() > 1000, "the test draws next to nothing");
-        for (name, level) in levels {
-            assert!(run(level) == wanted, "{name} differs from scalar");
+        for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+            assert!(run(level.level()) == wanted, "{} differs from scalar", level.name());
         }
     }
 

@@ -2,7 +2,8 @@
 
 use super::view::Batch;
 use super::{LANES, TILE};
-use fearless_simd::{Level, Simd, SimdBase, SimdMask, dispatch, f32x16, u32x16};
+use crate::simd::at_level;
+use fearless_simd::{Level, Simd, SimdBase, SimdMask, f32x16, u32x16};
 
 /// The id where nothing is seen.
 pub(crate) const NOTHING: u32 = u32::MAX;
@@ -118,7 +119,7 @@ pub(crate) struct Group {
 /// Sorts the samples of a batch into groups, block by block.
 pub(crate) fn group(level: Level, batch: &Batch, seen: &Visibility, out: &mut Vec<Group>) {
     out.clear();
-    dispatch!(level, simd => group_all(simd, batch, seen, out));
+    at_level!(level, simd => group_all(simd, batch, seen, out));
 }
 
 #[inline(always)]

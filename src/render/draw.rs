@@ -1,7 +1,7 @@
 //! One tile: its samples through the rasterizer, grouped by what they see, shaded and summed.
 
-use super::Picture;
 use super::pattern::pattern;
+use super::{Picture, Stages, Stopwatch};
 
 use crate::raster::setup::TileFilm;
 use crate::raster::tile::Geometry;
@@ -25,6 +25,15 @@ pub(super) struct TileScratch {
     looks: RefCell<Vec<Option<Box<Look>>>>,
 }
 
+/// What came of one tile beside its pixels.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Tally {
+    /// The sum of the estimated squared errors of its pixels.
+    pub squared_error: f64,
+    pub requests: u64,
+    pub stages: Stages,
+}
+
 /// The set bits of a mask, lowest first.
 #[derive(Clone, Copy)]
 struct Lanes(u16);
@@ -43,14 +52,16 @@ impl Iterator for Lanes {
 }
 
 impl Picture<'_> {
-    /// Draws one tile; returns the sum of the estimated squared errors of its pixels.
+    /// Draws one tile.
     pub(super) fn draw_tile(
         &self,
         scratch: &mut TileScratch,
         tile: (u32, u32),
         out: &mut [[f32; 3]],
+        mut watch: Stopwatch<'_>,
         cancelled: &dyn Fn() -> bool,
-    ) -> f64 {
+    ) -> Tally {
+        let mut tally = Tally::default();
         let TileScratch { raster, groups, runs, starts, looks } = scratch;
         let pattern = pattern(self.seed, tile, self.samples, self.splits);
         let geometry = Geometry {
@@ -69,11 +80,12 @@ impl Picture<'_> {
             .as_ref()
             .map(|falloff| |place: Place, ray: Vec3| falloff.weight(&self.view, ray.as_dvec3(), place));
 
+        watch.lap(&mut tally.stages.setup);
         // Sums of the even and the odd samples, in the order of the batches.
         let mut sums = vec![[Vec3::ZERO; 2]; (TILE * TILE) as usize];
         for batch in &pattern.batches {
             if cancelled() {
-                return 0.0;
+                return tally;
             }
             raster.draw(self.level, &geometry, &film, batch, &|visit, block, lanes| {
                 let mut looks = looks.borrow_mut();
@@ -92,11 +104,14 @@ impl Picture<'_> {
                 }
                 met
             });
+            watch.lap(&mut tally.stages.coverage);
             raster.group(self.level, batch, groups);
             if !self.shared {
                 split(groups);
             }
             sort_by_surface(groups, raster.surfaces().len(), runs, starts);
+            watch.lap(&mut tally.stages.group);
+            tally.requests += runs.len() as u64;
             let samples = Samples {
                 batch,
                 means: &LaneSums::new(batch),
@@ -111,8 +126,11 @@ impl Picture<'_> {
                 });
                 self.shader.shade(self.level, look, &samples, run, &mut sums);
             }
+            watch.lap(&mut tally.stages.shading);
         }
-        self.resolve(tile, &sums, out)
+        tally.squared_error = self.resolve(tile, &sums, out);
+        watch.lap(&mut tally.stages.resolve);
+        tally
     }
 
     /// The number of the surface that a triangle is part of, and the triangle that stands for it.

@@ -4,7 +4,7 @@ mod draw;
 mod frame;
 mod pattern;
 
-use draw::TileScratch;
+use draw::{Tally, TileScratch};
 use frame::{Falloff, LensFrame};
 use pattern::Splits;
 
@@ -16,6 +16,7 @@ use crate::raster::view::{LensCell, View};
 use crate::sampling;
 use crate::scene::{Material, Scene, Surfaces};
 use crate::shade::Shader;
+pub use crate::simd::SimdLevel;
 use fearless_simd::Level;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -29,10 +30,14 @@ const _: () = assert!(sampling::GRID == TILE);
 pub struct Execution<'a> {
     /// Worker threads; `None` for as many as the machine has.
     pub threads: Option<usize>,
+    /// Vector instructions; `None` for the widest that the machine has.
+    pub simd: Option<SimdLevel>,
     /// Set to stop: [`render`] then returns [`ErrorKind::Cancelled`] within a fraction of a tile's time.
     pub cancel: Option<&'a AtomicBool>,
     /// Called from worker threads with the number of tiles done and of all.
     pub progress: Option<&'a (dyn Fn(usize, usize) + Sync)>,
+    /// Seconds from any start: the library has no clock of its own. With one, [`Counts::stages`] is measured.
+    pub clock: Option<&'a (dyn Fn() -> f64 + Sync)>,
 }
 
 /// What a render counted.
@@ -40,10 +45,57 @@ pub struct Execution<'a> {
 pub struct Counts {
     /// Triangles of the scene.
     pub triangles: usize,
+    /// Surfaces that these make up: triangles that continue one another's plane and texture are one.
+    pub surfaces: usize,
     /// (triangle, tile) pairs after binning.
     pub bin_entries: usize,
     /// Samples taken.
     pub samples: u64,
+    /// Groups of samples of a pixel that were shaded together.
+    pub shading_requests: u64,
+    /// Where the time went.
+    pub stages: Stages,
+}
+
+/// Seconds that the stages took, summed over the threads; all 0 without [`Execution::clock`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Stages {
+    /// Vertices into the lens frame.
+    pub transform: f64,
+    /// Boxes, order and bins of triangles.
+    pub bin: f64,
+    /// The samples of each tile, and the edge functions of its triangles.
+    pub setup: f64,
+    /// Coverage and depth, holes included.
+    pub coverage: f64,
+    /// Samples sorted by what they see.
+    pub group: f64,
+    /// Light and texture.
+    pub shading: f64,
+    /// Sums to means, and the error.
+    pub resolve: f64,
+}
+
+/// Measures stages where there is a clock.
+#[derive(Clone, Copy)]
+struct Stopwatch<'a> {
+    clock: Option<&'a (dyn Fn() -> f64 + Sync)>,
+    last: f64,
+}
+
+impl<'a> Stopwatch<'a> {
+    fn start(clock: Option<&'a (dyn Fn() -> f64 + Sync)>) -> Self {
+        Self { clock, last: clock.map_or(0.0, |clock| clock()) }
+    }
+
+    /// Adds the time since the last call.
+    fn lap(&mut self, stage: &mut f64) {
+        if let Some(clock) = self.clock {
+            let now = clock();
+            *stage += now - self.last;
+            self.last = now;
+        }
+    }
 }
 
 /// Renders `scene` with exactly `scene.render.samples` samples a pixel.
@@ -65,7 +117,16 @@ pub fn render(scene: &Scene, execution: Execution<'_>) -> Result<(Exposure, Coun
         Error::new(ErrorKind::TooLarge, format!("cannot start {threads} threads: {error}"))
             .remedy("ask for fewer --threads")
     })?;
-    pool.install(|| Picture::new(scene).draw(&execution))
+    let simd = execution.simd.unwrap_or_else(SimdLevel::best);
+    if !simd.is_available() {
+        return Err(Error::invalid(format!("this machine has no {}", simd.name()))
+            .remedy("leave the SIMD level to the program"));
+    }
+    pool.install(|| {
+        let mut counts = Counts::default();
+        let watch = Stopwatch::start(execution.clock);
+        Picture::new(scene, simd.level(), watch, &mut counts.stages).draw(&execution, counts)
+    })
 }
 
 /// Everything that all tiles share.
@@ -89,22 +150,23 @@ struct Picture<'a> {
 }
 
 impl<'a> Picture<'a> {
-    fn new(scene: &'a Scene) -> Self {
+    fn new(scene: &'a Scene, level: Level, mut watch: Stopwatch<'_>, stages: &mut Stages) -> Self {
         let optics = &scene.optics;
         let surfaces = &scene.surfaces;
         let frame = LensFrame::new(optics);
         let positions: Vec<DVec3> = surfaces.positions.par_iter().map(|&p| frame.point(p)).collect();
+        watch.lap(&mut stages.transform);
         let samples = scene.render.samples;
         let view = frame.view(scene);
         let splits = Splits::new(samples);
         let cells = splits.lens_cells(view.radius);
         let bins = Bins::new(&view, &cells, &positions, &surfaces.triangles);
+        watch.lap(&mut stages.bin);
         let cutout_materials: Vec<bool> = surfaces.materials.iter().map(Material::is_cutout).collect();
         let cutout = surfaces.attributes.iter().map(|a| cutout_materials[a.material as usize]).collect();
         let up = scene.up;
         // Below 16 samples a pixel hardly any would share.
         let shared = scene.render.share_shading && samples >= 16;
-        let level = Level::new();
         let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, up, |v| frame.vector(v));
         let falloff = scene.render.falloff.then(|| Falloff::new(optics, &frame));
         Self {
@@ -130,7 +192,7 @@ impl<'a> Picture<'a> {
         }
     }
 
-    fn draw(&self, execution: &Execution<'_>) -> Result<(Exposure, Counts)> {
+    fn draw(&self, execution: &Execution<'_>, mut counts: Counts) -> Result<(Exposure, Counts)> {
         let tiles = (self.bins.tiles_x * self.bins.tiles_y) as usize;
         let count = tiles * (TILE * TILE) as usize;
         Vec::<[f32; 3]>::new().try_reserve_exact(count).map_err(|_| {
@@ -141,19 +203,20 @@ impl<'a> Picture<'a> {
         let mut pixels = vec![[0.0f32; 3]; count];
         let done = AtomicUsize::new(0);
         let cancelled = || execution.cancel.is_some_and(|flag| flag.load(Ordering::Relaxed));
-        let errors: Vec<f64> = pixels
+        let tallies: Vec<Tally> = pixels
             .par_chunks_mut((TILE * TILE) as usize)
             .enumerate()
             .map_init(TileScratch::default, |scratch, (tile, out)| {
                 if cancelled() {
-                    return 0.0;
+                    return Tally::default();
                 }
                 let place = (tile as u32 % self.bins.tiles_x, tile as u32 / self.bins.tiles_x);
-                let error = self.draw_tile(scratch, place, out, &cancelled);
+                let watch = Stopwatch::start(execution.clock);
+                let tally = self.draw_tile(scratch, place, out, watch, &cancelled);
                 if let Some(progress) = execution.progress {
                     progress(done.fetch_add(1, Ordering::Relaxed) + 1, tiles);
                 }
-                error
+                tally
             })
             .collect();
         if cancelled() {
@@ -162,12 +225,20 @@ impl<'a> Picture<'a> {
         let (width, height) = (self.view.width, self.view.height);
         let values = 3.0 * f64::from(width) * f64::from(height);
         // Tile by tile in order: the same sum whatever the threads did.
-        let rms = (self.samples > 1).then(|| (errors.iter().sum::<f64>() / values).sqrt());
-        let counts = Counts {
-            triangles: self.surfaces.triangles.len(),
-            bin_entries: self.bins.entries(),
-            samples: u64::from(width) * u64::from(height) * u64::from(self.samples),
-        };
+        let rms = (self.samples > 1)
+            .then(|| (tallies.iter().map(|tally| tally.squared_error).sum::<f64>() / values).sqrt());
+        counts.triangles = self.surfaces.triangles.len();
+        counts.surfaces = self.surface_count;
+        counts.bin_entries = self.bins.entries();
+        counts.samples = u64::from(width) * u64::from(height) * u64::from(self.samples);
+        for tally in &tallies {
+            counts.shading_requests += tally.requests;
+            counts.stages.setup += tally.stages.setup;
+            counts.stages.coverage += tally.stages.coverage;
+            counts.stages.group += tally.stages.group;
+            counts.stages.shading += tally.stages.shading;
+            counts.stages.resolve += tally.stages.resolve;
+        }
         Ok((Exposure::new(width, height, pixels, rms), counts))
     }
 }

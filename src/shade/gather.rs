@@ -224,7 +224,7 @@ fn total<S: Simd>(simd: S, x: f32x16<S>, lanes: u16) -> f32 {
 mod tests {
     use super::*;
     use crate::scene::{Level, Texture};
-    use fearless_simd::dispatch;
+    use crate::simd::{SimdLevel, at_level};
 
     #[test]
     fn sixteen_look_ups_equal_single_ones() {
@@ -256,7 +256,7 @@ mod tests {
                 let at = at(&k[..3]) + at(&k[3..6]) * x + at(&k[6..]) * y;
                 wanted[usize::from(lane >= 8)] += choice.read(Vec2::new(at.x, at.y) / at.z);
             }
-            let found = dispatch!(fearless_simd::Level::new(), simd => {
+            let found = at_level!(SimdLevel::best().level(), simd => {
                 let coordinates = Coordinates::new(simd, &k, &batch);
                 sums(simd, choice, &coordinates, Vec2::new(3.0, -2.0), lanes, batch.odd)
             });

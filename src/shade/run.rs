@@ -12,7 +12,8 @@ use crate::raster::view::Batch;
 use crate::raster::visibility::Group;
 use crate::raster::{LANES, TILE};
 use crate::scene::{Material, Texture};
-use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, dispatch, f32x16};
+use crate::simd::at_level;
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, f32x16};
 use glam::{Vec2, Vec3, Vec4};
 
 /// The rays of a tile, in single precision about its centre, lens frame.
@@ -148,8 +149,8 @@ impl Shader<'_> {
         sums: &mut Sums,
     ) {
         match look {
-            Some(look) => dispatch!(level, simd => surface(simd, self, look, samples, groups, sums)),
-            None => dispatch!(level, simd => sky(simd, self, samples, groups, sums)),
+            Some(look) => at_level!(level, simd => surface(simd, self, look, samples, groups, sums)),
+            None => at_level!(level, simd => sky(simd, self, samples, groups, sums)),
         }
     }
 }

@@ -1,0 +1,155 @@
+//! SIMD levels: which the machine has, and the one place where a kernel is compiled for each.
+//!
+//! Kernels are generic over [`fearless_simd::Simd`]; [`at_level!`] runs one at a level. The plain level is what
+//! every machine of an architecture has: on x86-64 SSE2, which its scalar arithmetic uses too. (Written out number
+//! by number, as `fearless_simd`'s fallback is, the kernels took 3 of 4 minutes of the build, and that only for
+//! machines that do not exist.)
+
+use fearless_simd::Level;
+
+/// A set of vector instructions. It changes the time that a picture takes, and no bit of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SimdLevel {
+    /// Nothing beyond what every machine of the architecture has.
+    Scalar,
+    /// x86-64: 128 bits, SSE4.2.
+    Sse42,
+    /// x86-64: 256 bits, AVX2.
+    Avx2,
+    /// x86-64: 512 bits, AVX-512 as of Ice Lake.
+    Avx512,
+    /// aarch64: 128 bits.
+    Neon,
+    /// WebAssembly: 128 bits.
+    Simd128,
+}
+
+impl SimdLevel {
+    /// All levels, the narrowest first.
+    pub const ALL: [Self; 6] =
+        [Self::Scalar, Self::Sse42, Self::Avx2, Self::Avx512, Self::Neon, Self::Simd128];
+
+    /// The widest level that this machine has.
+    pub fn best() -> Self {
+        Self::ALL.into_iter().rev().find(|level| level.is_available()).unwrap_or(Self::Scalar)
+    }
+
+    /// Whether this machine has it.
+    pub fn is_available(self) -> bool {
+        self.token().is_some()
+    }
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Scalar => "scalar",
+            Self::Sse42 => "sse4.2",
+            Self::Avx2 => "avx2",
+            Self::Avx512 => "avx512",
+            Self::Neon => "neon",
+            Self::Simd128 => "simd128",
+        }
+    }
+
+    /// What the kernels take; scalar where the machine lacks the level.
+    pub(crate) fn level(self) -> Level {
+        self.token().unwrap_or(plain())
+    }
+
+    fn token(self) -> Option<Level> {
+        #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), expect(unused_variables))]
+        let best = Level::new();
+        match self {
+            Self::Scalar => Some(plain()),
+            #[cfg(target_arch = "x86_64")]
+            Self::Sse42 => best.as_sse4_2().map(Level::Sse4_2),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => best.as_avx2().map(Level::Avx2),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => best.as_avx512().map(Level::Avx512),
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => best.as_neon().map(Level::Neon),
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            Self::Simd128 => best.as_wasm_simd128().map(Level::WasmSimd128),
+            _ => None,
+        }
+    }
+}
+
+fn plain() -> Level {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(level) = Level::new().as_sse2() {
+        return Level::Sse2(level);
+    }
+    Level::Fallback(fearless_simd::Fallback::new())
+}
+
+/// Runs an expression, compiled for the instructions of a level, with `simd` standing for them.
+macro_rules! at_level {
+    ($level:expr, $simd:ident => $run:expr) => {
+        match $level {
+            #[cfg(target_arch = "x86_64")]
+            fearless_simd::Level::Avx512($simd) => fearless_simd::Simd::vectorize(
+                $simd,
+                #[inline(always)]
+                || $run,
+            ),
+            #[cfg(target_arch = "x86_64")]
+            fearless_simd::Level::Avx2($simd) => fearless_simd::Simd::vectorize(
+                $simd,
+                #[inline(always)]
+                || $run,
+            ),
+            #[cfg(target_arch = "x86_64")]
+            fearless_simd::Level::Sse4_2($simd) => fearless_simd::Simd::vectorize(
+                $simd,
+                #[inline(always)]
+                || $run,
+            ),
+            #[cfg(target_arch = "aarch64")]
+            fearless_simd::Level::Neon($simd) => fearless_simd::Simd::vectorize(
+                $simd,
+                #[inline(always)]
+                || $run,
+            ),
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            fearless_simd::Level::WasmSimd128($simd) => fearless_simd::Simd::vectorize(
+                $simd,
+                #[inline(always)]
+                || $run,
+            ),
+            #[cfg(target_arch = "x86_64")]
+            fearless_simd::Level::Sse2($simd) => fearless_simd::Simd::vectorize(
+                $simd,
+                #[inline(always)]
+                || $run,
+            ),
+            // No x86-64 machine comes here.
+            #[cfg(target_arch = "x86_64")]
+            _ => Default::default(),
+            #[cfg(not(target_arch = "x86_64"))]
+            _ => {
+                let $simd = fearless_simd::Fallback::new();
+                fearless_simd::Simd::vectorize(
+                    $simd,
+                    #[inline(always)]
+                    || $run,
+                )
+            }
+        }
+    };
+}
+pub(crate) use at_level;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_best_level_is_there_and_has_a_name_of_its_own() {
+        assert!(SimdLevel::best().is_available() && SimdLevel::Scalar.is_available());
+        for (i, level) in SimdLevel::ALL.into_iter().enumerate() {
+            assert!(SimdLevel::ALL[..i].iter().all(|other| other.name() != level.name()));
+        }
+    }
+}
