@@ -10,7 +10,7 @@ use crate::raster::visibility::{Group, NOTHING};
 use crate::raster::{self, TILE};
 use crate::sampling::hash;
 use crate::shade::{LaneSums, Look, Place, Rays, Samples};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use std::cell::RefCell;
 
 /// What one thread reuses from tile to tile.
@@ -91,18 +91,8 @@ impl Picture<'_> {
                 let mut looks = looks.borrow_mut();
                 let Some(slot) = looks.get_mut(visit.id as usize) else { return lanes };
                 let look = slot.get_or_insert_with(|| self.look(&film, visit.setup.triangle));
-                let mut met = 0;
-                for lane in Lanes(lanes) {
-                    let (pixel, place) = place(&pattern, batch, block, lane);
-                    let key = hash(
-                        hash(self.seed, u64::from(tile.0 * TILE + pixel.0)),
-                        u64::from(tile.1 * TILE + pixel.1),
-                    );
-                    let is_met =
-                        self.shader.is_met(look, visit.setup.triangle, place, key, batch.index[lane]);
-                    met |= u16::from(is_met) << lane;
-                }
-                met
+                let (corner, key) = self.corner(tile, &pattern, batch, block);
+                self.shader.met(self.level, look, visit.setup.triangle, (batch, corner), lanes, key)
             });
             watch.lap(&mut tally.stages.coverage);
             raster.group(self.level, batch, groups);
@@ -131,6 +121,26 @@ impl Picture<'_> {
         tally.squared_error = self.resolve(tile, &sums, out);
         watch.lap(&mut tally.stages.resolve);
         tally
+    }
+
+    /// The place of a block's corner from the tile's centre, and what names the pixel of each lane there.
+    fn corner<'b>(
+        &self,
+        tile: (u32, u32),
+        pattern: &Pattern,
+        batch: &'b Batch,
+        block: usize,
+    ) -> (Vec2, impl Fn(usize) -> u64 + use<'b>) {
+        let (width, height) = (pattern.block_width, pattern.block_height);
+        let (column, row) = (block as u32 % (TILE / width), block as u32 / (TILE / width));
+        let (x, y, seed) = (column * width, row * height, self.seed);
+        let corner = Vec2::new(x as f32, y as f32) - 0.5 * TILE as f32;
+        let key = move |lane: usize| {
+            let inside = u32::from(batch.pixel[lane]);
+            let (x, y) = (tile.0 * TILE + x + inside % width, tile.1 * TILE + y + inside / width);
+            hash(hash(seed, u64::from(x)), u64::from(y))
+        };
+        (corner, key)
     }
 
     /// The number of the surface that a triangle is part of, and the triangle that stands for it.
@@ -207,20 +217,4 @@ fn sort_by_surface(groups: &[Group], surfaces: usize, out: &mut Vec<Group>, star
         out[*place as usize] = *group;
         *place += 1;
     }
-}
-
-/// The pixel, in the tile, and the place of lane `lane` at block `block`.
-fn place(pattern: &Pattern, batch: &Batch, block: usize, lane: usize) -> ((u32, u32), Place) {
-    let columns = TILE / pattern.block_width;
-    let block = block as u32;
-    let corner = (block % columns * pattern.block_width, block / columns * pattern.block_height);
-    let inside = u32::from(batch.pixel[lane]);
-    let half = 0.5 * TILE as f32;
-    let place = Place {
-        u: batch.u[lane],
-        v: batch.v[lane],
-        x: corner.0 as f32 - half + batch.x[lane],
-        y: corner.1 as f32 - half + batch.y[lane],
-    };
-    ((corner.0 + inside % pattern.block_width, corner.1 + inside / pattern.block_width), place)
 }

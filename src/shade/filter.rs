@@ -9,16 +9,6 @@ use glam::{Vec2, Vec4};
 /// Where coordinates start, right and down from the texture's left top corner, in 256ths of the texture.
 pub(crate) type Anchor = [u32; 2];
 
-/// Where a sample looks into a texture, and what one pixel spans there.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Footprint {
-    /// From the anchor.
-    pub at: Vec2,
-    /// Change with one pixel to the right and down, for a fixed lens point.
-    pub dx: Vec2,
-    pub dy: Vec2,
-}
-
 /// One direction in a level.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Side {
@@ -76,21 +66,16 @@ pub(crate) fn colour_level(shorter_side_squared: f32) -> usize {
     half_log2(shorter_side_squared * (2.0 / 16.0))
 }
 
-/// How to read alpha: bilinear, in the finer of the two levels about a quarter of the pixel's shorter side.
+/// Which level holds the alpha, read bilinearly: the finer of the two about a quarter of the pixel's shorter side.
 /// It is compared to a threshold, so outlines would show single texels.
-#[inline]
-pub(crate) fn alpha(texture: &Texture, anchor: Anchor, dx: Vec2, dy: Vec2) -> Option<Choice<'_>> {
-    let level = half_log2(shorter_side_squared(texture, dx, dy)? * (1.0 / 16.0));
-    Choice::new(texture, level, anchor, false)
+#[inline(always)]
+pub(crate) fn alpha_level(shorter_side_squared: f32) -> usize {
+    half_log2(shorter_side_squared * (1.0 / 16.0))
 }
 
-/// Of the pixel's footprint in texels of the finest level.
-#[inline]
-fn shorter_side_squared(texture: &Texture, dx: Vec2, dy: Vec2) -> Option<f32> {
-    let base = texture.levels.first()?;
-    let size = Vec2::new(base.width as f32, base.height as f32);
-    let side = |d: Vec2| (d * size).length_squared();
-    Some(side(dx).min(side(dy)))
+/// Texels of the finest level.
+pub(crate) fn size(texture: &Texture) -> Vec2 {
+    texture.levels.first().map_or(Vec2::ONE, |level| Vec2::new(level.width as f32, level.height as f32))
 }
 
 /// Half of log2, rounded down; 0 below 4 and for what is no number.
@@ -104,6 +89,12 @@ impl<'a> Choice<'a> {
     #[inline]
     pub(crate) fn colour(texture: &'a Texture, level: usize, anchor: Anchor) -> Option<Self> {
         Self::new(texture, level, anchor, level > 0)
+    }
+
+    /// A level to take alpha from.
+    #[inline]
+    pub(crate) fn alpha(texture: &'a Texture, level: usize, anchor: Anchor) -> Option<Self> {
+        Self::new(texture, level, anchor, false)
     }
 
     #[inline]
@@ -175,7 +166,10 @@ mod tests {
         let texture = checker();
         let read = |anchor: Anchor| {
             let from = Vec2::new(anchor[0] as f32, anchor[1] as f32) / 256.0;
-            let level = colour_level(shorter_side_squared(&texture, dx, dy).unwrap());
+            let level = {
+                let side = |d: Vec2| (d * size(&texture)).length_squared();
+                colour_level(side(dx).min(side(dy)))
+            };
             Choice::colour(&texture, level, anchor).unwrap().read(Vec2::new(uv.x, 1.0 - uv.y) - from).x
         };
         let found = read([0, 0]);

@@ -20,9 +20,25 @@ impl<S: Simd> Coordinates<S> {
         Self([component(simd, k, 0, batch), component(simd, k, 1, batch), component(simd, k, 2, batch)])
     }
 
+    /// The square of the shorter side of each sample's footprint, `size` texels making up the texture.
+    #[inline(always)]
+    pub(crate) fn shorter_side_squared(&self, simd: S, corner: Vec2, size: Vec2) -> [f32; LANES] {
+        let Self([[s, sx, sy], [t, tx, ty], [w, wx, wy]]) = *self;
+        let zero = f32x16::splat(simd, 0.0);
+        let weight = w + wx * corner.x + wy * corner.y;
+        let inverse = weight.simd_ne(zero).select(f32x16::splat(simd, 1.0) / weight, zero);
+        let s = (s + sx * corner.x + sy * corner.y) * inverse;
+        let t = (t + tx * corner.x + ty * corner.y) * inverse;
+        let (across, along) = (inverse * size.x, inverse * size.y);
+        let (s_dx, t_dx) = ((sx - s * wx) * across, (tx - t * wx) * along);
+        let (s_dy, t_dy) = ((sy - s * wy) * across, (ty - t * wy) * along);
+        let (right, down) = (s_dx * s_dx + t_dx * t_dx, s_dy * s_dy + t_dy * t_dy);
+        right.simd_lt(down).select(right, down).to_array()
+    }
+
     /// Where in the texture, from its anchor, each sample looks from a block.
     #[inline(always)]
-    fn at(&self, simd: S, corner: Vec2) -> [f32x16<S>; 2] {
+    pub(crate) fn at(&self, simd: S, corner: Vec2) -> [f32x16<S>; 2] {
         let Self([[s, sx, sy], [t, tx, ty], [w, wx, wy]]) = *self;
         let zero = f32x16::splat(simd, 0.0);
         let one = f32x16::splat(simd, 1.0);
@@ -128,19 +144,19 @@ fn sum(texels: &[[u16; 4]], places: &[u32; LANES], lanes: u16) -> Vec4 {
     Vec4::from_array(sum.map(|sum| sum as f32)) * (1.0 / 65535.0)
 }
 
+/// The four texels around each of 16 places: their numbers, and how near the place is to the right and lower ones.
+struct Between<S: Simd> {
+    /// Left top, right top, left bottom, right bottom.
+    corners: [[u32; LANES]; 4],
+    fx: f32x16<S>,
+    fy: f32x16<S>,
+}
+
 #[inline(always)]
-fn bilinear<S: Simd>(
-    simd: S,
-    choice: Choice<'_>,
-    right: f32x16<S>,
-    down: f32x16<S>,
-    lanes: u16,
-    odd: u16,
-) -> [Vec4; 2] {
+fn between<S: Simd>(simd: S, choice: Choice<'_>, right: f32x16<S>, down: f32x16<S>) -> Between<S> {
     let right = right * choice.right.size + choice.right.part - 0.5;
     let down = down * choice.down.size + choice.down.part - 0.5;
     let (x, y) = (right.floor(), down.floor());
-    let (fx, fy) = (right - x, down - y);
     let (x0, plain_x) = wrap(simd, choice.right, x, 1.0);
     let (y0, plain_y) = wrap(simd, choice.down, y, 1.0);
     let one = u32x16::splat(simd, 1);
@@ -150,6 +166,45 @@ fn bilinear<S: Simd>(
     let (top, bottom) = (y0 * width, y1 * width);
     let corners =
         [(top + x0).to_array(), (top + x1).to_array(), (bottom + x0).to_array(), (bottom + x1).to_array()];
+    Between { corners, fx: right - x, fy: down - y }
+}
+
+/// Which of `lanes` look at an opacity of less than a half, interpolated.
+#[inline(always)]
+pub(crate) fn holes<S: Simd>(simd: S, choice: Choice<'_>, [right, down]: [f32x16<S>; 2], lanes: u16) -> u16 {
+    let Between { corners, fx, fy } = between(simd, choice, right, down);
+    let mut alphas = [[0.0; LANES]; 4];
+    for (alphas, corners) in alphas.iter_mut().zip(&corners) {
+        let mut rest = lanes;
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize % LANES;
+            rest &= rest - 1;
+            let texel = choice.level.texels.get(corners[lane] as usize).copied().unwrap_or_default();
+            alphas[lane] = f32::from(texel[3]);
+        }
+    }
+    let [a, b, c, d] = [
+        f32x16::load_array_ref(simd, &alphas[0]),
+        f32x16::load_array_ref(simd, &alphas[1]),
+        f32x16::load_array_ref(simd, &alphas[2]),
+        f32x16::load_array_ref(simd, &alphas[3]),
+    ];
+    let top = a + (b - a) * fx;
+    let bottom = c + (d - c) * fx;
+    let half = f32x16::splat(simd, 0.5 * 65535.0);
+    (top + (bottom - top) * fy).simd_lt(half).to_bitmask() as u16 & lanes
+}
+
+#[inline(always)]
+fn bilinear<S: Simd>(
+    simd: S,
+    choice: Choice<'_>,
+    right: f32x16<S>,
+    down: f32x16<S>,
+    lanes: u16,
+    odd: u16,
+) -> [Vec4; 2] {
+    let Between { corners, fx, fy } = between(simd, choice, right, down);
     let texels = &choice.level.texels[..];
     let texel = |corner: usize, lane: usize| {
         texels.get(corners[corner][lane % LANES] as usize).copied().unwrap_or_default()
@@ -158,7 +213,8 @@ fn bilinear<S: Simd>(
 
     let halves = [lanes & !odd, lanes & odd];
     let first = lanes.trailing_zeros() as usize % LANES;
-    let same = (top + x0).simd_eq(u32x16::splat(simd, corners[0][first])).to_bitmask() as u16;
+    let left_top = u32x16::load_array_ref(simd, &corners[0]);
+    let same = left_top.simd_eq(u32x16::splat(simd, corners[0][first])).to_bitmask() as u16;
     if same & lanes == lanes {
         // All between the same four texels.
         let four = [texel(0, first), texel(1, first), texel(2, first), texel(3, first)];
@@ -176,13 +232,11 @@ fn bilinear<S: Simd>(
     }
 
     let shares = [fx.to_array(), fy.to_array()];
-    [
-        interpolate(texels, &corners, &shares, lanes & !odd),
-        interpolate(texels, &corners, &shares, lanes & odd),
-    ]
+    halves.map(|half| interpolate(texels, &corners, &shares, half))
 }
 
-/// The sum over `lanes` of what lies between their four texels.
+/// The sum over `lanes` of what lies between their four texels. (Left and right texels as one load of 16 bytes
+/// were no faster: 73 against 74 million samples a second on the table top.)
 #[inline(always)]
 fn interpolate(
     texels: &[[u16; 4]],

@@ -1,9 +1,8 @@
 //! One triangle in one tile, ready to shade: texture coordinates and normal as bilinear functions of lens
 //! point and place, like the edge functions that they are sums of.
 
-use super::Place;
-use super::filter::{Anchor, Footprint};
-use glam::{DVec2, DVec3, DVec4, Vec2, Vec3, Vec4};
+use super::filter::Anchor;
+use glam::{DVec2, DVec3, DVec4, Vec3, Vec4};
 
 /// Coefficients of `1, u, v, x, xu, xv, y, yu, yv`, four functions side by side.
 pub(crate) type Bilinear4 = [Vec4; 9];
@@ -60,21 +59,4 @@ impl Look {
             lit: [Vec3::ZERO; 2],
         }
     }
-
-    /// Texture coordinates and how they change from pixel to pixel; `None` where there is no texture.
-    #[inline]
-    pub(crate) fn footprint(&self, place: Place) -> Option<Footprint> {
-        let k = self.texture.as_ref()?;
-        let [c, cx, cy] = at_lens(k, place);
-        let at = c + cx * place.x + cy * place.y;
-        let inverse = if at.z == 0.0 { 0.0 } else { 1.0 / at.z };
-        let at = Vec2::new(at.x, at.y) * inverse;
-        let slope = |d: Vec4| (Vec2::new(d.x, d.y) - at * d.z) * inverse;
-        Some(Footprint { at, dx: slope(cx), dy: slope(cy) })
-    }
-}
-
-#[inline]
-fn at_lens(k: &Bilinear4, Place { u, v, .. }: Place) -> [Vec4; 3] {
-    [k[0] + k[1] * u + k[2] * v, k[3] + k[4] * u + k[5] * v, k[6] + k[7] * u + k[8] * v]
 }

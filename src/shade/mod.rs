@@ -7,6 +7,7 @@
 //! the narrow side of what they span: four times as fast, but the paving of the tower scene came out wrong by
 //! 0.009 RMS at 1024 samples (0.003 without), since few look-ups at regular places alias.
 
+mod cutout;
 mod filter;
 mod gather;
 mod look;
@@ -15,7 +16,6 @@ mod run;
 pub(crate) use look::Look;
 pub(crate) use run::{LaneSums, Rays, Samples};
 
-use crate::sampling::{hash, shuffled_radical_inverse};
 use crate::scene::{NONE, Sky, Sun, Surfaces};
 use glam::{DVec2, DVec3, Vec3};
 
@@ -102,22 +102,5 @@ impl<'a> Shader<'a> {
         let mut look = Look::new(edges, attributes.material, texcoords, range, normals, face);
         look.lit = [self.light(look.face), self.light(-look.face)];
         look
-    }
-
-    /// Whether sample `index` of the pixel with key `pixel` meets the surface of `look`, triangle number
-    /// `triangle`: no hole there, and within its coverage. Each surface decides by itself, each sample for itself.
-    pub(crate) fn is_met(&self, look: &Look, triangle: u32, place: Place, pixel: u64, index: u32) -> bool {
-        let material = &self.surfaces.materials[look.material as usize];
-        if material.holed_maps().next().is_some()
-            && let Some(footprint) = look.footprint(place)
-            && material.holed_maps().any(|map| {
-                filter::alpha(map, look.anchor, footprint.dx, footprint.dy)
-                    .is_some_and(|choice| choice.read(footprint.at).w < 0.5)
-            })
-        {
-            return false;
-        }
-        material.coverage >= 1.0
-            || shuffled_radical_inverse(index, hash(pixel, u64::from(triangle))) < material.coverage
     }
 }

@@ -299,7 +299,7 @@ struct Footprints {
 #[inline(always)]
 fn footprint<S: Simd>(simd: S, map: &Texture, k: &Bilinear4, at: &Places<S>) -> Footprints {
     let zero = f32x16::splat(simd, 0.0);
-    let (width, height) = map.levels.first().map_or((1, 1), |level| (level.width, level.height));
+    let size = filter::size(map);
     let [s, sx, sy] = parts(k, 0, at);
     let [t, tx, ty] = parts(k, 1, at);
     let [w, wx, wy] = parts(k, 2, at);
@@ -307,7 +307,7 @@ fn footprint<S: Simd>(simd: S, map: &Texture, k: &Bilinear4, at: &Places<S>) -> 
     let inverse = w.simd_ne(zero).select(f32x16::splat(simd, 1.0) / w, zero);
     let s = (s + sx * at.x + sy * at.y) * inverse;
     let t = (t + tx * at.x + ty * at.y) * inverse;
-    let (across, along) = (inverse * width as f32, inverse * height as f32);
+    let (across, along) = (inverse * size.x, inverse * size.y);
     let (s_dx, t_dx) = ((sx - s * wx) * across, (tx - t * wx) * along);
     let (s_dy, t_dy) = ((sy - s * wy) * across, (ty - t * wy) * along);
     let (right, down) = (s_dx * s_dx + t_dx * t_dx, s_dy * s_dy + t_dy * t_dy);

@@ -1,0 +1,75 @@
+//! Holes and coverage: which of a batch's samples at a block meet a surface that may let them through.
+//!
+//! A sample passes where the filtered alpha of `map_Kd` or `map_d` is below a half, and by chance where the
+//! material's coverage is below 1: each surface decides by itself, each sample for itself.
+
+use super::Shader;
+use super::filter::{self, Choice};
+use super::gather::{Coordinates, holes};
+use super::look::Look;
+use crate::raster::view::Batch;
+use crate::sampling::{hash, shuffled_radical_inverse};
+use crate::scene::Material;
+use crate::simd::at_level;
+use fearless_simd::{Level, Simd};
+use glam::Vec2;
+
+impl Shader<'_> {
+    /// The lanes of `lanes` that meet the surface of `look`, triangle number `triangle`, in the block with its
+    /// corner at `corner` from the tile's centre. `key` names the pixel of a lane.
+    pub(crate) fn met(
+        &self,
+        level: Level,
+        look: &Look,
+        triangle: u32,
+        (batch, corner): (&Batch, Vec2),
+        lanes: u16,
+        key: impl Fn(usize) -> u64,
+    ) -> u16 {
+        let material = &self.surfaces.materials[look.material as usize];
+        let mut met = lanes;
+        if look.texture.is_some() && material.holed_maps().next().is_some() {
+            met = at_level!(level, simd => solid(simd, material, look, batch, corner, lanes));
+        }
+        if material.coverage < 1.0 {
+            let mut rest = met;
+            while rest != 0 {
+                let lane = rest.trailing_zeros() as usize;
+                rest &= rest - 1;
+                let key = hash(key(lane), u64::from(triangle));
+                if shuffled_radical_inverse(batch.index[lane], key) >= material.coverage {
+                    met &= !(1 << lane);
+                }
+            }
+        }
+        met
+    }
+}
+
+/// The lanes that look at no hole.
+#[inline(always)]
+fn solid<S: Simd>(simd: S, material: &Material, look: &Look, batch: &Batch, corner: Vec2, lanes: u16) -> u16 {
+    let Some(functions) = &look.texture else { return lanes };
+    let coordinates = Coordinates::new(simd, functions, batch);
+    let at = coordinates.at(simd, corner);
+    let mut met = lanes;
+    for map in material.holed_maps() {
+        let size = filter::size(map);
+        let squares = coordinates.shorter_side_squared(simd, corner, size);
+        // Lanes of one level together: mostly all of them.
+        let mut rest = met;
+        while rest != 0 {
+            let level = filter::alpha_level(squares[rest.trailing_zeros() as usize]);
+            let mut same = 0;
+            for (lane, &square) in squares.iter().enumerate() {
+                same |= u16::from(filter::alpha_level(square) == level) << lane;
+            }
+            same &= rest;
+            rest &= !same;
+            if let Some(choice) = Choice::alpha(map, level, look.anchor) {
+                met &= !holes(simd, choice, at, same);
+            }
+        }
+    }
+    met
+}
