@@ -1,9 +1,10 @@
-//! `groundglass diagram SCENE`: the camera, its planes and lines in section, as SVG or PNG.
+//! `groundglass diagram FIGURE.toml|SCENE.toml`: a figure, or a scene's camera in section, as SVG, PNG or PDF; also
+//! the list of kinds, a first figure file of a kind, and whether drawn figures are up to date.
 
-use super::input::{self, SceneArguments};
+use super::input::{self, Opened, RootArguments};
 use super::{optics_words, output, report};
 use clap::ValueEnum;
-use groundglass::diagram::{self, Figure};
+use groundglass::diagram::{self, Changes, Figure, FigureFile, KINDS, Kind, TextAs, Theme};
 use groundglass::error::{Error, ErrorKind, Result};
 use groundglass::scene::Scene;
 use std::io::Write;
@@ -11,17 +12,41 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
+    /// Figure files, or one scene file (TOML); a figure without -o is drawn beside its file, as SVG
+    #[arg(value_name = "FILE", required_unless_present_any = ["list", "new"])]
+    pub(super) files: Vec<PathBuf>,
     #[command(flatten)]
-    pub(super) scene: SceneArguments,
-    /// The drawing: .svg or .png; may be given several times
-    #[arg(short, long, value_name = "FILE", required = true)]
+    pub(super) root: RootArguments,
+    /// The drawing: .svg, .png or .pdf; may be given several times
+    #[arg(short, long, value_name = "FILE")]
     pub(super) output: Vec<PathBuf>,
     /// The plane of the section
-    #[arg(long, value_name = "SECTION", default_value = "auto")]
-    pub(super) section: Section,
+    #[arg(long, value_name = "SECTION")]
+    pub(super) section: Option<Section>,
     /// A panel beside, to its own scale, that shows the camera itself
-    #[arg(long, value_name = "WHEN", default_value = "auto")]
-    pub(super) inset: Inset,
+    #[arg(long, value_name = "WHEN")]
+    pub(super) inset: Option<Inset>,
+    /// The colours: print, screen, dark, text, contrast or grey
+    #[arg(long, value_name = "THEME", value_parser = theme)]
+    pub(super) theme: Option<Theme>,
+    /// Width of the page in millimetres; letters and lines keep their size
+    #[arg(long, value_name = "MM", value_parser = millimetres)]
+    pub(super) width_mm: Option<f64>,
+    /// Pixels for each millimetre of the page in a PNG
+    #[arg(long, value_name = "PX", default_value = "8", value_parser = pixels)]
+    pub(super) png_scale: f64,
+    /// Lettering of SVG and PDF: paths look the same everywhere, text can be searched
+    #[arg(long, value_name = "AS", default_value = "paths")]
+    pub(super) text: Lettering,
+    /// Say which SVGs beside the figure files are not what would be drawn now (exit code 1); draw nothing
+    #[arg(long, conflicts_with_all = ["output", "list", "new"])]
+    pub(super) check: bool,
+    /// List the kinds of figures
+    #[arg(long, conflicts_with_all = ["files", "output", "new"])]
+    pub(super) list: bool,
+    /// Write a commented figure file of this kind: KIND.toml, or the file given with -o
+    #[arg(long, value_name = "KIND", conflicts_with = "files")]
+    pub(super) new: Option<String>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -42,27 +67,189 @@ pub(super) enum Inset {
     Never,
 }
 
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum Lettering {
+    Paths,
+    Text,
+}
+
+impl From<Section> for diagram::Section {
+    fn from(section: Section) -> Self {
+        match section {
+            Section::Side => Self::Side,
+            Section::Top => Self::Top,
+            Section::Auto => Self::Auto,
+        }
+    }
+}
+
+impl From<Inset> for diagram::Inset {
+    fn from(inset: Inset) -> Self {
+        match inset {
+            Inset::Auto => Self::Auto,
+            Inset::Always => Self::Always,
+            Inset::Never => Self::Never,
+        }
+    }
+}
+
+fn theme(name: &str) -> Result<Theme> {
+    Theme::named(name)
+}
+
+fn within(text: &str, least: f64, most: f64) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (least..=most).contains(&value) => Ok(value),
+        _ => Err(format!("a number from {least} to {most}")),
+    }
+}
+
+fn millimetres(text: &str) -> Result<f64, String> {
+    within(text, 1.0, 2000.0)
+}
+
+fn pixels(text: &str) -> Result<f64, String> {
+    within(text, 0.01, 1000.0)
+}
+
 /// Pixels for each millimetre of the page in a PNG: 203 dots an inch, a page of 160 mm 1280 pixels wide.
 const PIXELS_PER_MM: f64 = 8.0;
 
-pub(super) fn run(arguments: &Arguments) -> Result<()> {
+/// How files are written.
+#[derive(Clone, Copy)]
+struct Writing {
+    png_scale: f64,
+    text: TextAs,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<bool> {
+    if arguments.list {
+        return list().map(|()| true);
+    }
+    if let Some(kind) = &arguments.new {
+        return new(kind, &arguments.output).map(|()| true);
+    }
     for path in &arguments.output {
         format(path)?;
     }
-    let input = input::read(&arguments.scene)?;
-    for path in &arguments.output {
-        output::check(path, &input.read_paths())?;
+    if arguments.check {
+        return check(arguments);
     }
+    if arguments.files.len() > 1 && !arguments.output.is_empty() {
+        return Err(Error::new(ErrorKind::Usage, "-o names the drawing of one file, and several are given")
+            .remedy("draw them one by one, or leave out -o: each is drawn beside its file"));
+    }
+    for file in &arguments.files {
+        draw(file, arguments)?;
+    }
+    Ok(true)
+}
+
+fn list() -> Result<()> {
+    let widest = KINDS.iter().map(|kind| kind.name.len()).max().unwrap_or(0);
+    let lines: Vec<String> = KINDS.iter().map(|k| format!("{:widest$}  {}\n", k.name, k.line)).collect();
+    report::print(&lines.concat())
+}
+
+fn new(kind: &str, outputs: &[PathBuf]) -> Result<()> {
+    let kind = Kind::named(kind).map_err(|error| {
+        Error::new(ErrorKind::Usage, error.message()).remedy(error.remedy_text().unwrap_or_default())
+    })?;
+    let target = match outputs {
+        [] => PathBuf::from(kind.name).with_extension("toml"),
+        [one] => one.clone(),
+        _ => return Err(Error::new(ErrorKind::Usage, "--new writes one file").remedy("give one -o")),
+    };
+    if target.exists() {
+        return Err(Error::invalid("there is a file of this name already")
+            .in_file(target.display().to_string())
+            .remedy("give another name with -o"));
+    }
+    output::write_text(&target, &[], kind.starter)
+}
+
+fn changes(arguments: &Arguments) -> Changes {
+    Changes {
+        theme: arguments.theme,
+        width_mm: arguments.width_mm,
+        section: arguments.section.map(Into::into),
+        inset: arguments.inset.map(Into::into),
+    }
+}
+
+/// Draws one file, a figure or a scene.
+fn draw(file: &Path, arguments: &Arguments) -> Result<()> {
+    let writing = Writing {
+        png_scale: arguments.png_scale,
+        text: match arguments.text {
+            Lettering::Paths => TextAs::Paths,
+            Lettering::Text => TextAs::Text,
+        },
+    };
+    let opened = input::open(file, arguments.root.root.as_deref())?;
+    let is_figure = FigureFile::is_figure(&opened.document)?;
+    let mut outputs = arguments.output.clone();
+    if outputs.is_empty() {
+        if !is_figure {
+            return Err(Error::new(ErrorKind::Usage, "a scene's diagram needs a name")
+                .in_file(opened.document.name())
+                .remedy("give one with -o, such as -o diagram.svg"));
+        }
+        outputs.push(file.with_extension("svg"));
+    }
+    for path in &outputs {
+        output::check(path, &opened.source.paths())?;
+    }
+    let (figure, read) =
+        if is_figure { figure_of(&opened, changes(arguments))? } else { camera_of(opened, arguments)? };
+    for path in &outputs {
+        write_as(&figure, path, &read, writing)?;
+    }
+    Ok(())
+}
+
+type Drawn = (Figure, Vec<PathBuf>);
+
+/// A figure file's figure, and the files read.
+fn figure_of(opened: &Opened, changes: Changes) -> Result<Drawn> {
+    let file = FigureFile::from_document(opened.document.clone())?;
+    let figure = file.draw(&opened.source, opened.folder(), changes)?;
+    Ok((figure, opened.source.paths()))
+}
+
+/// The side view of a scene's camera, and the files read.
+fn camera_of(opened: Opened, arguments: &Arguments) -> Result<Drawn> {
+    let input = opened.scene()?;
     // What cannot exist is refused before anything large is loaded.
     input.scene.optics()?;
     let scene = input.load()?;
     report::warnings(&scene.warnings);
     report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
-    let figure = figure(&scene, arguments.section, arguments.inset)?;
-    for path in &arguments.output {
-        write(&figure, path, &input.read_paths())?;
+    let figure = changed(&scene, changes(arguments))?;
+    Ok((figure, input.read_paths()))
+}
+
+/// Names the figure files whose SVG is not what would be drawn now; whether there is none.
+fn check(arguments: &Arguments) -> Result<bool> {
+    let mut stale = String::new();
+    for file in &arguments.files {
+        let opened = input::open(file, arguments.root.root.as_deref())?;
+        let (figure, _) = figure_of(&opened, changes(arguments))?;
+        let svg = file.with_extension("svg");
+        let why = match std::fs::read_to_string(&svg) {
+            Ok(found) if found == figure.to_svg()? => continue,
+            Ok(_) => "is stale",
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => "is missing",
+            Err(_) => "cannot be read",
+        };
+        stale.push_str(&format!(
+            "{} {why}; draw it anew with `groundglass diagram {}`, and look at it\n",
+            svg.display(),
+            file.display()
+        ));
     }
-    Ok(())
+    report::print(&stale)?;
+    Ok(stale.is_empty())
 }
 
 #[derive(Clone, Copy)]
@@ -84,33 +271,35 @@ fn format(path: &Path) -> Result<Format> {
 
 /// The side view of a scene's camera, with its meshes as subject.
 pub(super) fn figure(scene: &Scene, section: Section, inset: Inset) -> Result<Figure> {
+    changed(scene, Changes { section: Some(section.into()), inset: Some(inset.into()), ..Changes::default() })
+}
+
+/// As [`figure`], with what the command line changes.
+fn changed(scene: &Scene, changes: Changes) -> Result<Figure> {
     let surfaces = &scene.surfaces;
     let triangles: Vec<_> = (0..surfaces.triangles.len()).map(|t| surfaces.corners(t)).collect();
+    let width = changes.width_mm.unwrap_or(160.0);
     Figure::side_view(&scene.optics)
         .circle_of_confusion(scene.circle_of_confusion.as_metres())
         .subject(&triangles)
-        .section(match section {
-            Section::Side => diagram::Section::Side,
-            Section::Top => diagram::Section::Top,
-            Section::Auto => diagram::Section::Auto,
-        })
-        .inset(match inset {
-            Inset::Auto => diagram::Inset::Auto,
-            Inset::Always => diagram::Inset::Always,
-            Inset::Never => diagram::Inset::Never,
-        })
+        .section(changes.section.unwrap_or_default())
+        .inset(changes.inset.unwrap_or_default())
+        .theme(changes.theme.unwrap_or(Theme::PRINT))
+        .page_width(width)
         .figure()
 }
 
 /// Writes a figure in the format that the file's name asks for.
 pub(super) fn write(figure: &Figure, path: &Path, read: &[PathBuf]) -> Result<()> {
-    match format(path)? {
-        Format::Svg => output::write_text(path, read, &figure.to_svg()?),
-        Format::Png => {
-            let bytes = figure.to_png(PIXELS_PER_MM)?;
-            output::write_whole(path, read, |file| {
-                file.write_all(&bytes).map_err(|error| output::broken(path, &error))
-            })
-        }
-    }
+    write_as(figure, path, read, Writing { png_scale: PIXELS_PER_MM, text: TextAs::Paths })
+}
+
+fn write_as(figure: &Figure, path: &Path, read: &[PathBuf], writing: Writing) -> Result<()> {
+    let bytes = match format(path)? {
+        Format::Svg => figure.to_svg_with(writing.text)?.into_bytes(),
+        Format::Png => figure.to_png(writing.png_scale)?,
+    };
+    output::write_whole(path, read, |file| {
+        file.write_all(&bytes).map_err(|error| output::broken(path, &error))
+    })
 }

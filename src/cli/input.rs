@@ -48,14 +48,46 @@ pub(super) fn read(arguments: &SceneArguments) -> Result<Input> {
 
 /// As [`read`], for a path.
 pub(super) fn read_scene(path: &Path, root: Option<&Path>) -> Result<Input> {
+    open(path, root)?.scene()
+}
+
+/// A TOML file, a scene or a figure.
+pub(super) struct Opened {
+    pub(super) document: Document,
+    /// The file, links resolved.
+    pub(super) path: PathBuf,
+    pub(super) source: Recorded<Box<dyn Source>>,
+}
+
+/// Reads a TOML file.
+///
+/// # Errors
+/// As [`read`], but for what it says.
+pub(super) fn open(path: &Path, root: Option<&Path>) -> Result<Opened> {
     let name = path.display().to_string();
     let source = Recorded::new(Box::new(files(root)?) as Box<dyn Source>);
     let named = |error: groundglass::error::Error| error.in_file(&*name);
     let path = source.argument(path).map_err(named)?;
     let bytes = source.read(&path, SIZE_LIMIT as u64 + 1).map_err(named)?;
-    let scene = SceneFile::from_document(Document::from_bytes(&bytes, &name)?)?.describe()?;
+    let document = Document::from_bytes(&bytes, &name)?;
     drop(bytes);
-    Ok(Input { scene, path, source })
+    Ok(Opened { document, path, source })
+}
+
+impl Opened {
+    /// It as a scene.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub(super) fn scene(self) -> Result<Input> {
+        let scene = SceneFile::from_document(self.document)?.describe()?;
+        Ok(Input { scene, path: self.path, source: self.source })
+    }
+
+    /// The folder that the file lies in.
+    pub(super) fn folder(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
 }
 
 /// All files, or those under the root folder.

@@ -43,12 +43,12 @@ enum Verb {
     Solve(solve::Arguments),
     /// Renders a scene to PNG or EXR
     Render(render::Arguments),
-    /// Draws the camera, its planes and lines in section
+    /// Draws a figure, or a scene's camera, its planes and lines in section
     Diagram(diagram::Arguments),
     /// Loads a scene and its assets and says what is in them; renders nothing
     Check(check::Arguments),
     /// Prints the JSON schema of the scene file
-    Schema,
+    Schema(schema::Arguments),
     /// Writes a first scene for an OBJ model
     New(new::Arguments),
 }
@@ -61,19 +61,25 @@ pub(crate) fn run() -> ExitCode {
         Err(error) => return report::usage(&error),
     };
     match done {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(report::STALE),
         Err(error) => report::failure(&error),
     }
 }
 
-fn dispatch(verb: &Verb) -> Result<()> {
+/// Runs the verb; whether what it checked is up to date.
+fn dispatch(verb: &Verb) -> Result<bool> {
+    if let Verb::Diagram(arguments) = verb {
+        return diagram::run(arguments);
+    }
     match verb {
         Verb::Optics(arguments) => optics::run(arguments),
         Verb::Solve(arguments) => solve::run(arguments),
         Verb::Render(arguments) => render::run(arguments),
-        Verb::Diagram(arguments) => diagram::run(arguments),
         Verb::Check(arguments) => check::run(arguments),
-        Verb::Schema => schema::run(),
+        Verb::Schema(arguments) => schema::run(arguments),
         Verb::New(arguments) => new::run(arguments),
+        Verb::Diagram(_) => Ok(()),
     }
+    .map(|()| true)
 }

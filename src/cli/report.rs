@@ -7,6 +7,8 @@ use groundglass::error::{Error, ErrorKind, Result, Warning};
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 
+/// Something is stale.
+pub(super) const STALE: u8 = 1;
 /// Wrong usage.
 const USAGE: u8 = 64;
 /// Stopped by INT or TERM.

@@ -64,9 +64,13 @@ pub(crate) fn camera(scene: &Scene, canvas: &mut Canvas, role: Role) {
     for side in [1.0, -1.0] {
         let (a, b) = (page(scene.lens * (side * radius)), page(scene.lens * (side * board)));
         shapes.push(Shape::line(a, b, solid(theme.body, weight)));
-        canvas.avoid(a, b, weight, Weight::Heavy);
+        if scene.shows("lens-board") {
+            canvas.avoid(a, b, weight, Weight::Heavy);
+        }
     }
-    canvas.part("lens-board", shapes);
+    if scene.shows("lens-board") {
+        canvas.part("lens-board", shapes);
+    }
     if radius > 0.0 {
         // The sag of each face is an eighth of the aperture; the glass is drawn in the section at its true height.
         let axis = scene.section.project(scene.optics.axis());

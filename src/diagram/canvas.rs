@@ -99,6 +99,11 @@ impl<'a> Canvas<'a> {
         self.labels.push(label);
     }
 
+    /// Forgets the labels.
+    pub(crate) fn without_labels(&mut self) {
+        self.labels.clear();
+    }
+
     /// Places the labels and closes the panel.
     ///
     /// # Errors

@@ -141,6 +141,34 @@ pub enum Face {
     Oblique,
 }
 
+/// How a stretch of text stands to the base line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Script {
+    /// On it, full size.
+    #[default]
+    Normal,
+    /// An index: smaller, below.
+    Sub,
+    /// An exponent: smaller, above.
+    Super,
+}
+
+impl Script {
+    /// Its size, in ems of the text.
+    pub fn size(self) -> f64 {
+        if self == Self::Normal { 1.0 } else { 0.68 }
+    }
+
+    /// How far its base line lies below that of the text, in ems of the text.
+    pub fn drop(self) -> f64 {
+        match self {
+            Self::Normal => 0.0,
+            Self::Sub => 0.16,
+            Self::Super => -0.29,
+        }
+    }
+}
+
 /// A stretch of text in one face.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Run {
@@ -148,6 +176,15 @@ pub struct Run {
     pub text: String,
     /// The face.
     pub face: Face,
+    /// Where it stands.
+    pub script: Script,
+}
+
+impl Run {
+    /// A run on the base line.
+    pub fn new(text: impl Into<String>, face: Face) -> Self {
+        Self { text: text.into(), face, script: Script::Normal }
+    }
 }
 
 /// One line of text.
@@ -192,6 +229,8 @@ pub struct Group {
     pub panel: Option<PanelFrame>,
     /// The part lies wholly off its panel, and why: `beyond`, `at-infinity`, `parallel`, `not-cut`.
     pub off_page: Option<&'static str>,
+    /// Numbers of what is drawn, each under a name that begins with `data-`.
+    pub data: Vec<(&'static str, String)>,
     /// What is in it.
     pub items: Vec<Item>,
 }
@@ -224,6 +263,23 @@ pub enum Item {
     Text(Text),
 }
 
+/// How an SVG may change its colours when it is shown; the other painters keep them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Recoloring {
+    /// Not at all.
+    #[default]
+    None,
+    /// On dark pages each first colour becomes the second.
+    Dark(Vec<(Color, Color)>),
+    /// `ink` becomes the colour of the text around, and what is filled with `paper` is left unfilled.
+    ToText {
+        /// The colour of words.
+        ink: Color,
+        /// The colour of the page.
+        paper: Color,
+    },
+}
+
 /// A whole figure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DisplayList {
@@ -231,6 +287,8 @@ pub struct DisplayList {
     pub page: [f64; 2],
     /// What the page is painted with first; `None` leaves it transparent.
     pub background: Option<Color>,
+    /// What an SVG may change of the colours.
+    pub recoloring: Recoloring,
     /// The figure's name.
     pub title: String,
     /// The figure in words, with its numbers.

@@ -3,7 +3,7 @@
 //! The font is a renamed subset of DejaVu Sans (`assets/fonts`). A character without a glyph is an error, so no
 //! figure ever shows an empty box. There is no kerning: every renderer places the glyphs alike.
 
-use super::display_list::{Color, Face, Point, Run, Segment, Text};
+use super::display_list::{Color, Face, Point, Run, Script, Segment, Text};
 use crate::error::{Error, Result};
 use skrifa::instance::{LocationRef, Size};
 use skrifa::outline::{DrawSettings, OutlinePen};
@@ -49,21 +49,79 @@ pub(crate) fn width(runs: &[Run]) -> Result<f64> {
     let mut sum = 0.0;
     for run in runs {
         for character in run.text.chars() {
-            sum += advance(run.face, character)?;
+            sum += advance(run.face, character)? * run.script.size();
         }
     }
     Ok(sum)
 }
 
-/// Splits marked text into runs: what stands between asterisks is a variable, set oblique (`*f* = 150 mm`).
+/// Splits marked text into runs. What stands between asterisks is a variable, set oblique (`*f* = 150 mm`); in it `_`
+/// and `^` begin an index or an exponent, of one character or of several in braces. Three variables need no mark where
+/// they stand alone: a small Greek letter, a letter with a prime (`f′`), a letter with an index (`y_n`).
 pub(crate) fn runs(marked: &str) -> Vec<Run> {
-    let faces = [Face::Regular, Face::Oblique];
-    marked
-        .split('*')
-        .enumerate()
-        .filter(|(_, text)| !text.is_empty())
-        .map(|(i, text)| Run { text: text.to_owned(), face: faces[i % 2] })
-        .collect()
+    let mut runs = Vec::new();
+    for (i, part) in marked.split('*').enumerate() {
+        if i % 2 == 1 { variable(part, &mut runs) } else { words(part, &mut runs) }
+    }
+    runs
+}
+
+fn push(runs: &mut Vec<Run>, text: &str, face: Face, script: Script) {
+    match runs.last_mut() {
+        _ if text.is_empty() => {}
+        Some(last) if last.face == face && last.script == script => last.text.push_str(text),
+        _ => runs.push(Run { text: text.to_owned(), face, script }),
+    }
+}
+
+/// The inside of a pair of asterisks.
+fn variable(text: &str, runs: &mut Vec<Run>) {
+    let mut rest = text;
+    while let Some(at) = rest.find(['_', '^']) {
+        let (before, mark) = rest.split_at(at);
+        push(runs, before, Face::Oblique, Script::Normal);
+        let script = if mark.starts_with('_') { Script::Sub } else { Script::Super };
+        let after = mark.get(1..).unwrap_or_default();
+        let (inside, left) = match after.strip_prefix('{').and_then(|inside| inside.split_once('}')) {
+            Some(braced) => braced,
+            None => after.split_at(after.chars().next().map_or(0, char::len_utf8)),
+        };
+        // Numbers stand upright, also as indices.
+        let upright = inside.chars().all(|c| !c.is_alphabetic());
+        push(runs, inside, if upright { Face::Regular } else { Face::Oblique }, script);
+        rest = left;
+    }
+    push(runs, rest, Face::Oblique, Script::Normal);
+}
+
+/// Words, with the variables that need no mark.
+fn words(text: &str, runs: &mut Vec<Run>) {
+    let characters: Vec<char> = text.chars().collect();
+    let mut at = 0;
+    while let Some(&c) = characters.get(at) {
+        let stands_alone =
+            at == 0 || characters.get(at - 1).is_none_or(|p| !p.is_alphanumeric() && *p != '_');
+        let index: usize = match characters.get(at + 1) {
+            Some('_') => characters.iter().skip(at + 2).take_while(|c| c.is_alphanumeric()).count(),
+            _ => 0,
+        };
+        // `a_file_name` is a name.
+        let index = if characters.get(at + 2 + index) == Some(&'_') { 0 } else { index };
+        let next = characters.get(at + 1).copied().unwrap_or(' ');
+        let mut one = [0; 4];
+        let letter: &str = c.encode_utf8(&mut one);
+        if stands_alone && c.is_alphabetic() && index > 0 {
+            let inside: String = characters.iter().skip(at + 2).take(index).collect();
+            variable(&format!("{c}_{{{inside}}}"), runs);
+            at += 2 + index;
+            continue;
+        }
+        let greek = ('α'..='ω').contains(&c) || matches!(c, 'ϕ' | 'ϑ');
+        let is_variable = stands_alone
+            && ((greek && !next.is_alphanumeric()) || (c.is_alphabetic() && matches!(next, '′' | '″')));
+        push(runs, letter, if is_variable { Face::Oblique } else { Face::Regular }, Script::Normal);
+        at += 1;
+    }
 }
 
 /// A line of text whose base line begins at `at`.
@@ -77,17 +135,28 @@ pub(crate) fn text(marked: &str, at: Point, size: f64, color: Color) -> Result<T
     Ok(Text { at, size, color, runs, bounds })
 }
 
-/// Each character of a text with the pen position of its glyph.
+/// A character of a text: its face, the size of its em, and where its pen stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Placed {
+    pub(crate) face: Face,
+    pub(crate) character: char,
+    pub(crate) size: f64,
+    pub(crate) at: Point,
+}
+
+/// The characters of a text in their places.
 ///
 /// # Errors
 /// When a glyph is missing.
-pub(crate) fn place(text: &Text) -> Result<Vec<(Face, char, Point)>> {
+pub(crate) fn place(text: &Text) -> Result<Vec<Placed>> {
     let mut placed = Vec::new();
     let mut x = text.at[0];
     for run in &text.runs {
+        let size = text.size * run.script.size();
+        let at = text.at[1] + text.size * run.script.drop();
         for character in run.text.chars() {
-            placed.push((run.face, character, [x, text.at[1]]));
-            x += advance(run.face, character)? * text.size;
+            placed.push(Placed { face: run.face, character, size, at: [x, at] });
+            x += advance(run.face, character)? * size;
         }
     }
     Ok(placed)
@@ -164,5 +233,26 @@ mod tests {
         let marked = runs("*f* = 150 mm");
         assert_eq!((marked[0].face, marked[0].text.as_str()), (Face::Oblique, "f"));
         assert_eq!((marked[1].face, marked[1].text.as_str()), (Face::Regular, " = 150 mm"));
+    }
+
+    #[test]
+    fn indices_and_plain_variables_need_little_markup() {
+        let shown = |marked: &str| {
+            let face = |f: Face| if f == Face::Oblique { "i" } else { "r" };
+            let script = |s: Script| match s {
+                Script::Normal => "",
+                Script::Sub => "_",
+                Script::Super => "^",
+            };
+            let all: Vec<String> = runs(marked)
+                .iter()
+                .map(|r| format!("{}{}{}", face(r.face), script(r.script), r.text))
+                .collect();
+            all.join("|")
+        };
+        assert_eq!(shown("angle θ of y_n"), "rangle |iθ|r of |iy|i_n");
+        assert_eq!(shown("f′ = 2"), "if|r′ = 2");
+        assert_eq!(shown("*N^{-1/2}* and *x_0*"), "iN|r^-1/2|r and |ix|r_0");
+        assert_eq!(shown("a_file_name, Δx, 5 µm, αβ"), "ra_file_name, Δx, 5 µm, αβ");
     }
 }

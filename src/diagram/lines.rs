@@ -22,6 +22,9 @@ pub(crate) fn line_point(
     line: Line,
     hue: Hue,
 ) {
+    if !scene.shows(part) {
+        return;
+    }
     let panel = canvas.panel;
     match scene.section.pierce(line) {
         Pierce::AtInfinity => canvas.group(Group::off_page(part, "at-infinity")),

@@ -30,6 +30,7 @@ mod canvas;
 mod display_list;
 mod extent;
 mod facts;
+mod figures;
 mod lettering;
 mod lines;
 mod paint;
@@ -39,19 +40,23 @@ mod place;
 mod planes;
 mod rays;
 mod section;
-mod side_view;
+mod sheet;
 mod subject;
 mod theme;
 mod words;
 
 pub use display_list::{
-    Color, DisplayList, Face, Fill, Geometry, Group, Item, PanelFrame, Point, Run, Segment, Shape, Stroke,
-    Text,
+    Color, DisplayList, Face, Fill, Geometry, Group, Item, PanelFrame, Point, Recoloring, Run, Script,
+    Segment, Shape, Stroke, Text,
 };
+pub use figures::file::{Changes, FigureFile};
+pub use figures::keys::PAGE_WIDTHS;
+pub use figures::side_view::{Inset, SideView};
+pub use figures::{KINDS, Kind, schema};
 pub use paint::svg::TextAs;
+pub use parts::PARTS;
 pub use section::Section;
-pub use side_view::{Inset, SideView};
-pub use theme::{Hue, Theme};
+pub use theme::{Adapts, Hue, THEMES, Theme};
 
 use crate::error::{Error, Result};
 use crate::optics::Optics;

@@ -3,15 +3,18 @@
 
 use super::bodies::{bellows, camera, draw_subject};
 use super::canvas::{Canvas, Label};
-use super::display_list::Point;
+use super::display_list::{Geometry, Group, PanelFrame, Point, Shape};
 use super::lines::{dimension_f, distance_j, focus_arrow, line_point};
+use super::panel::Panel;
 use super::place::Weight;
 use super::planes::{Style, along, axis, camera_span, trace, wedge};
 use super::rays::{pencil, rays};
 use super::section::{Pierce, SectionPlane};
 use super::theme::{self, Hue, Theme, broken, solid};
+use crate::error::Result;
 use crate::optics::{DepthOfField, Optics};
 use glam::DVec3;
+use std::collections::BTreeSet;
 
 /// What all panels of a figure draw from.
 pub(crate) struct Scene<'a> {
@@ -27,6 +30,80 @@ pub(crate) struct Scene<'a> {
     pub(crate) subject: Vec<[[f64; 2]; 2]>,
     /// Film points (lens space) that bundles of rays come to.
     pub(crate) bundles: Vec<DVec3>,
+    /// Names of parts that are left out.
+    pub(crate) hidden: &'a BTreeSet<String>,
+}
+
+impl Scene<'_> {
+    /// Whether a part is drawn.
+    pub(crate) fn shows(&self, part: &str) -> bool {
+        !self.hidden.contains(part)
+    }
+}
+
+/// The parts that a figure can leave out by name. (Lens, film and their planes always stay.)
+pub const PARTS: [&str; 18] = [
+    "axis",
+    "bellows",
+    "caption",
+    "dimension",
+    "far-plane",
+    "film-parallel",
+    "focus-plane",
+    "front-focal-plane",
+    "hinge-line",
+    "label",
+    "lens-board",
+    "near-plane",
+    "ray",
+    "ray-bundle",
+    "scheimpflug-line",
+    "scale",
+    "subject",
+    "wedge",
+];
+
+/// Draws everything of the section into a panel of this name. `mark` is the box that an inset enlarges and the lines
+/// that lead to it.
+///
+/// # Errors
+/// When a label has a character without a glyph.
+pub(crate) fn panel(
+    scene: &Scene,
+    panel: Panel,
+    role: Role,
+    name: &'static str,
+    mark: Option<(Shape, Vec<Shape>)>,
+) -> Result<Group> {
+    let mut canvas = Canvas::new(panel, scene.theme);
+    if let Some((mark, connectors)) = mark {
+        for connector in connectors {
+            if let Geometry::Line(a, b) = connector.geometry {
+                canvas.avoid(a, b, theme::HAIR, Weight::Soft);
+            }
+        }
+        canvas.part("inset-mark", vec![mark]);
+    }
+    draw(scene, &mut canvas, role);
+    close(scene, canvas, name)
+}
+
+/// Places the labels of a canvas and says where its points lie in the world.
+///
+/// # Errors
+/// When a label has a character without a glyph.
+pub(crate) fn close(scene: &Scene, mut canvas: Canvas, name: &'static str) -> Result<Group> {
+    let world = scene.optics.world_from_lens();
+    let (o, u, v) = (world.origin, world.vector(scene.section.u), world.vector(scene.section.v));
+    let (s, [x, y]) = (canvas.panel.scale, canvas.panel.origin);
+    if !scene.shows("label") {
+        canvas.without_labels();
+    }
+    canvas.finish(PanelFrame {
+        name,
+        section: [o.x, o.y, o.z, u.x, u.y, u.z, v.x, v.y, v.z],
+        page_from_section: [s, 0.0, 0.0, -s, x, y],
+    })
 }
 
 /// What a panel is for: decides which labels it carries.
@@ -54,10 +131,14 @@ impl Role {
 pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
     let optics = scene.optics;
     let theme = scene.theme;
-    wedge(scene, canvas, role);
-    let subject = draw_subject(scene, canvas);
-    bellows(scene, canvas);
-    for &point in &scene.bundles {
+    if scene.shows("wedge") {
+        wedge(scene, canvas, role);
+    }
+    let subject = if scene.shows("subject") { draw_subject(scene, canvas) } else { None };
+    if scene.shows("bellows") {
+        bellows(scene, canvas);
+    }
+    for &point in scene.bundles.iter().filter(|_| scene.shows("ray-bundle")) {
         pencil(scene, canvas, point);
     }
     let hinge = scene.section.pierce(optics.hinge_line());
@@ -86,7 +167,9 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
         dashed(theme.hinge),
         Some(&toward_hinge),
     );
-    axis(scene, canvas, role);
+    if scene.shows("axis") {
+        axis(scene, canvas, role);
+    }
     let mut limits = Vec::new();
     for (part, plane) in
         [("near-plane", scene.depth.map(|d| d.near)), ("far-plane", scene.depth.map(|d| d.far))]
@@ -107,7 +190,7 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
         weight: Weight::Heavy,
     };
     let focus = trace(scene, canvas, "focus-plane", optics.focus_plane(), focus_style, None);
-    for &point in &scene.bundles {
+    for &point in scene.bundles.iter().filter(|_| scene.shows("ray")) {
         rays(scene, canvas, point);
     }
     camera(scene, canvas, role);
@@ -125,7 +208,8 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
     if role.names_scene() {
         match focus {
             Some((a, b)) => canvas.label(Label::new("focus plane", theme.focus.word, along(a, b))),
-            None => focus_arrow(scene, canvas, role),
+            None if scene.shows("focus-plane") => focus_arrow(scene, canvas, role),
+            None => {}
         }
         for (part, ends) in limits {
             if let Some((a, b)) = ends {
@@ -141,11 +225,15 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
     }
     if let Pierce::At(p) = hinge
         && role.names_scene()
+        && scene.shows("hinge-line")
+        && scene.shows("film-parallel")
     {
         distance_j(canvas, p);
     }
     if role.names_camera() {
-        dimension_f(scene, canvas);
+        if scene.shows("dimension") {
+            dimension_f(scene, canvas);
+        }
         let name = |canvas: &mut Canvas, ends: Option<(Point, Point)>, words: &str, hue: Hue, at: f64| {
             if let Some((a, b)) = ends {
                 let anchors =

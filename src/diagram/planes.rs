@@ -64,6 +64,9 @@ pub(crate) fn trace(
     style: Style,
     span: Option<&[Point]>,
 ) -> Option<(Point, Point)> {
+    if !scene.shows(part) {
+        return None;
+    }
     let unit = plane.normalized();
     let coefficients = scene.section.trace(unit);
     let panel = canvas.panel;

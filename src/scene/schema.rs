@@ -4,7 +4,7 @@
 use super::file::SceneTables;
 use crate::camera::FILM_FORMATS;
 use schemars::generate::{Contract, SchemaSettings};
-use schemars::{Schema, SchemaGenerator, json_schema};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde_json::{Map, Value};
 use std::sync::OnceLock;
 
@@ -18,14 +18,20 @@ pub fn schema() -> String {
 pub(crate) fn value() -> &'static Value {
     static VALUE: OnceLock<Value> = OnceLock::new();
     VALUE.get_or_init(|| {
-        let mut settings = SchemaSettings::draft2020_12();
-        settings.inline_subschemas = true;
-        settings.contract = Contract::Deserialize;
-        let mut value = settings.into_generator().into_root_schema_for::<SceneTables>().to_value();
-        without_null(&mut value);
+        let mut value = of::<SceneTables>();
         exclusive_keys(&mut value);
         value
     })
+}
+
+/// The schema of one mirror struct, in the form that [`super::shape`] reads.
+pub(crate) fn of<T: JsonSchema>() -> Value {
+    let mut settings = SchemaSettings::draft2020_12();
+    settings.inline_subschemas = true;
+    settings.contract = Contract::Deserialize;
+    let mut value = settings.into_generator().into_root_schema_for::<T>().to_value();
+    without_null(&mut value);
+    value
 }
 
 /// The film formats by name, each also turned.

@@ -62,7 +62,9 @@ impl Walk<'_> {
             if !table.contains_key(name) {
                 let inner = schema.pointer(&format!("/properties/{name}")).unwrap_or(&Value::Null);
                 let message = if path.is_empty() {
-                    format!("the table [{name}] is missing")
+                    let a_table = inner.get("properties").is_some();
+                    let what = if a_table { format!("table [{name}]") } else { format!("key `{name}`") };
+                    format!("the {what} is missing")
                 } else {
                     format!("{} lacks the key `{name}`", bracketed(path))
                 };
@@ -89,8 +91,10 @@ impl Walk<'_> {
             }
             ("array", DeValue::Array(items)) => {
                 let count = items.len() as u64;
-                let wanted = schema.get("minItems").and_then(Value::as_u64);
-                if wanted.is_some_and(|wanted| wanted != count) {
+                let bound = |name: &str| schema.get(name).and_then(Value::as_u64);
+                let fits = bound("minItems").is_none_or(|least| count >= least)
+                    && bound("maxItems").is_none_or(|most| count <= most);
+                if !fits {
                     return Err(format!("expected {}, found {count}", describe(schema)));
                 }
                 let inner = schema.get("items").unwrap_or(&Value::Null);
@@ -200,25 +204,32 @@ fn missing_remedy(name: &str, schema: &Value) -> String {
 
 fn unknown_remedy(root: &Value, path: &str, schema: &Value, name: &str) -> String {
     let known: Vec<&str> = keys(schema).collect();
-    let list = if path.is_empty() { "a scene".into() } else { bracketed(path) };
+    let list = if path.is_empty() { whole(root) } else { bracketed(path) };
     let list = format!("{list} knows {}", known.join(", "));
     if let Some(near) = nearest(name, known.iter().copied()) {
         return format!("did you mean `{near}`? {list}");
     }
     match owner("", root, name) {
-        Some(table) => format!("`{name}` belongs to {}; {list}", bracketed(&table)),
+        Some(table) => format!("`{name}` belongs to {table}; {list}"),
         None => format!("remove it; {list}"),
     }
 }
 
-/// The table whose key `name` is, when some table has it.
+/// What a file of this schema is called: its title says `groundglass scene`.
+fn whole(root: &Value) -> String {
+    let title = root.get("title").and_then(Value::as_str).unwrap_or_default();
+    format!("a {}", title.trim_start_matches("groundglass "))
+}
+
+/// The table whose key `name` is, in brackets, when some table has it.
 fn owner(path: &str, schema: &Value, name: &str) -> Option<String> {
     keys(schema).find_map(|key| {
         let inner = schema.pointer(&format!("/properties/{key}"))?;
-        let inner = if inner.get("items").is_some() { inner.get("items")? } else { inner };
+        let is_array = inner.get("items").is_some();
+        let inner = if is_array { inner.get("items")? } else { inner };
         let inner_path = join(path, key);
         if inner.pointer(&format!("/properties/{name}")).is_some() {
-            return Some(inner_path);
+            return Some(if is_array { format!("[[{inner_path}]]") } else { format!("[{inner_path}]") });
         }
         owner(&inner_path, inner, name)
     })
@@ -244,12 +255,18 @@ pub(crate) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> O
 
 fn describe(schema: &Value) -> String {
     let count = schema.get("minItems").and_then(Value::as_u64);
+    let count = count.filter(|_| schema.get("minItems") == schema.get("maxItems"));
     let inner = schema.get("items").unwrap_or(&Value::Null);
     match schema.get("type").and_then(Value::as_str) {
         Some("object") => "a table".into(),
         Some("array") => match (count, inner.get("type").and_then(Value::as_str)) {
             (Some(count), Some("number")) => format!("{count} numbers"),
             (Some(count), Some("array")) => format!("{count} points of 3 numbers"),
+            (_, Some("number")) => match schema.get("minItems").and_then(Value::as_u64) {
+                Some(least) => format!("an array of at least {least} numbers"),
+                None => "an array of numbers".into(),
+            },
+            (_, Some("string")) => "an array of texts in quotes".into(),
             _ => "an array of tables".into(),
         },
         Some("boolean") => "true or false".into(),
@@ -288,7 +305,6 @@ fn toml_text(value: &Value) -> String {
 fn bracketed(path: &str) -> String {
     match path.split_once('[') {
         Some((array, _)) => format!("[[{array}]]"),
-        None if path == "mesh" => "[[mesh]]".into(),
         None => format!("[{path}]"),
     }
 }

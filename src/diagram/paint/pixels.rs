@@ -96,12 +96,12 @@ impl Painter {
 
     fn text(&mut self, text: &Text) -> Result<()> {
         let paint = flat(text.color, 1.0);
-        for (face, character, at) in lettering::place(text)? {
-            let key = (face, character, text.size.to_bits());
+        for glyph in lettering::place(text)? {
+            let key = (glyph.face, glyph.character, glyph.size.to_bits());
             if let std::collections::btree_map::Entry::Vacant(slot) = self.glyphs.entry(key) {
-                slot.insert(lettering::outline(face, character, text.size)?);
+                slot.insert(lettering::outline(glyph.face, glyph.character, glyph.size)?);
             }
-            if let Some(path) = self.glyphs.get(&key).and_then(|segments| outline(segments, at)) {
+            if let Some(path) = self.glyphs.get(&key).and_then(|segments| outline(segments, glyph.at)) {
                 self.pixmap.fill_path(&path, &paint, skia::FillRule::Winding, self.transform, None);
             }
         }

@@ -1,10 +1,11 @@
-//! In: a display list. Out: SVG 1.1, one user unit a millimetre, no style sheet, no blank line, no `transform`.
+//! In: a display list. Out: SVG 1.1, one user unit a millimetre, no blank line, no `transform`, no style sheet but
+//! the rules that turn a figure dark.
 //!
 //! Letters are outlines, each defined once for its size and used wherever it stands, or `<text>` for files that
 //! shall stay searchable. Ids begin with a hash of the content, so that several figures can share a document.
 
 use crate::diagram::display_list::{
-    Color, DisplayList, Face, Fill, Geometry, Group, Item, Point, Segment, Shape, Stroke, Text,
+    Color, DisplayList, Face, Fill, Geometry, Group, Item, Point, Recoloring, Segment, Shape, Stroke, Text,
 };
 use crate::diagram::lettering;
 use crate::diagram::words::{coordinate as mm, exact};
@@ -38,10 +39,17 @@ fn fnv(bytes: &[u8]) -> u64 {
 }
 
 fn document(list: &DisplayList, text_as: TextAs, prefix: &str) -> Result<String> {
-    let mut painter =
-        Painter { text_as, prefix, glyphs: BTreeMap::new(), definitions: Vec::new(), fades: Vec::new() };
+    let mut painter = Painter {
+        text_as,
+        prefix,
+        recoloring: &list.recoloring,
+        glyphs: BTreeMap::new(),
+        definitions: Vec::new(),
+        fades: Vec::new(),
+    };
     let mut body = Vec::new();
-    if let Some(color) = list.background {
+    let paper = list.background.filter(|_| !matches!(list.recoloring, Recoloring::ToText { .. }));
+    if let Some(color) = paper {
         body.push(with(
             "rect",
             &[
@@ -69,6 +77,13 @@ fn document(list: &DisplayList, text_as: TextAs, prefix: &str) -> Result<String>
         element.append(svg::node::Text::new(words.as_str()));
         root.append(element);
     }
+    if let Recoloring::Dark(pairs) = &list.recoloring {
+        let id = format!("{prefix}figure");
+        let mut style = Element::new("style");
+        style.append(svg::node::Blob::new(dark_rules(&id, pairs)));
+        root.assign("id", id);
+        root.append(style);
+    }
     if !painter.definitions.is_empty() {
         let mut definitions = Element::new("defs");
         for definition in painter.definitions {
@@ -82,9 +97,23 @@ fn document(list: &DisplayList, text_as: TextAs, prefix: &str) -> Result<String>
     Ok(root.to_string())
 }
 
+/// Rules for dark pages: whatever of the figure has one colour gets the other.
+fn dark_rules(id: &str, pairs: &[(Color, Color)]) -> String {
+    let mut rules = String::from("@media (prefers-color-scheme:dark){");
+    for (light, dark) in pairs {
+        let (light, dark) = (hex(*light), hex(*dark));
+        for property in ["fill", "stroke", "stop-color"] {
+            rules.push_str(&format!("#{id} [{property}=\"{light}\"]{{{property}:{dark}}}"));
+        }
+    }
+    rules.push('}');
+    rules
+}
+
 struct Painter<'a> {
     text_as: TextAs,
     prefix: &'a str,
+    recoloring: &'a Recoloring,
     glyphs: BTreeMap<(Face, char, u64), Option<String>>,
     definitions: Vec<Element>,
     fades: Vec<Fill>,
@@ -116,6 +145,9 @@ impl Painter<'_> {
         if let Some(why) = group.off_page {
             element.assign("data-off-page", why);
         }
+        for (name, value) in &group.data {
+            element.assign(*name, value.as_str());
+        }
         let mut children = Vec::new();
         self.items(&group.items, &mut children)?;
         for child in children {
@@ -137,8 +169,9 @@ impl Painter<'_> {
         match &shape.fill {
             None if matches!(shape.geometry, Geometry::Line(..)) => {}
             None => element.assign("fill", "none"),
+            Some(Fill::Flat { color, .. }) if self.is_paper(*color) => element.assign("fill", "none"),
             Some(Fill::Flat { color, opacity }) => {
-                element.assign("fill", hex(*color));
+                element.assign("fill", self.color(*color));
                 if *opacity < 1.0 {
                     element.assign("fill-opacity", mm(*opacity));
                 }
@@ -146,9 +179,23 @@ impl Painter<'_> {
             Some(fade) => element.assign("fill", format!("url(#{})", self.fade(fade))),
         }
         if let Some(stroke) = &shape.stroke {
+            element.assign("stroke", self.color(stroke.color));
             assign_stroke(&mut element, stroke);
         }
         element
+    }
+
+    /// The colour as the file says it.
+    fn color(&self, color: Color) -> String {
+        match self.recoloring {
+            Recoloring::ToText { ink, .. } if *ink == color => "currentColor".to_owned(),
+            _ => hex(color),
+        }
+    }
+
+    /// Whether a fill stands for paper that the file does not have.
+    fn is_paper(&self, color: Color) -> bool {
+        matches!(self.recoloring, Recoloring::ToText { paper, .. } if *paper == color)
     }
 
     fn fade(&mut self, fade: &Fill) -> String {
@@ -173,7 +220,7 @@ impl Painter<'_> {
                         "stop",
                         &[
                             ("offset", offset.to_owned()),
-                            ("stop-color", hex(*color)),
+                            ("stop-color", self.color(*color)),
                             ("stop-opacity", mm(*opacity)),
                         ],
                     ));
@@ -186,12 +233,13 @@ impl Painter<'_> {
 
     fn text(&mut self, text: &Text) -> Result<Element> {
         if self.text_as == TextAs::Text {
-            return Ok(plain_text(text));
+            return Ok(plain_text(text, self.color(text.color)));
         }
-        let mut group = with("g", &[("aria-label", text.plain()), ("fill", hex(text.color))]);
-        for (face, character, at) in lettering::place(text)? {
-            if let Some(id) = self.glyph(face, character, text.size)? {
-                group.append(with("use", &[("href", format!("#{id}")), ("x", mm(at[0])), ("y", mm(at[1]))]));
+        let mut group = with("g", &[("aria-label", text.plain()), ("fill", self.color(text.color))]);
+        for glyph in lettering::place(text)? {
+            if let Some(id) = self.glyph(glyph.face, glyph.character, glyph.size)? {
+                let [x, y] = glyph.at;
+                group.append(with("use", &[("href", format!("#{id}")), ("x", mm(x)), ("y", mm(y))]));
             }
         }
         Ok(group)
@@ -213,7 +261,7 @@ impl Painter<'_> {
     }
 }
 
-fn plain_text(text: &Text) -> Element {
+fn plain_text(text: &Text, color: String) -> Element {
     let mut element = with(
         "text",
         &[
@@ -221,21 +269,31 @@ fn plain_text(text: &Text) -> Element {
             ("y", mm(text.at[1])),
             ("font-family", "DejaVu Sans, Verdana, sans-serif".to_owned()),
             ("font-size", mm(text.size)),
-            ("fill", hex(text.color)),
+            ("fill", color),
             ("xml:space", "preserve".to_owned()),
         ],
     );
     // One line: white space between the pieces would be drawn.
+    let mut drop = 0.0;
     for run in &text.runs {
         let words = svg::node::Text::new(run.text.as_str());
-        match run.face {
-            Face::Regular => element.append(words),
-            Face::Oblique => {
-                let mut span = with("tspan", &[("font-style", "italic".to_owned())]);
-                span.append(words);
-                element.append(svg::node::Blob::new(span.to_string()));
-            }
+        if run.face == Face::Regular && run.script.drop() == drop && run.script.size() == 1.0 {
+            element.append(words);
+            continue;
         }
+        let mut span = Element::new("tspan");
+        if run.face == Face::Oblique {
+            span.assign("font-style", "italic");
+        }
+        if run.script.size() < 1.0 {
+            span.assign("font-size", mm(text.size * run.script.size()));
+        }
+        if run.script.drop() != drop {
+            span.assign("dy", mm(text.size * (run.script.drop() - drop)));
+            drop = run.script.drop();
+        }
+        span.append(words);
+        element.append(svg::node::Blob::new(span.to_string()));
     }
     element
 }
@@ -249,7 +307,6 @@ fn with(name: &str, attributes: &[(&str, String)]) -> Element {
 }
 
 fn assign_stroke(element: &mut Element, stroke: &Stroke) {
-    element.assign("stroke", hex(stroke.color));
     element.assign("stroke-width", mm(stroke.width));
     if stroke.opacity < 1.0 {
         element.assign("stroke-opacity", mm(stroke.opacity));

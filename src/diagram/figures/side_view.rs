@@ -1,23 +1,25 @@
-//! The first figure: a camera's section with its planes and lines. In: optics, circle of confusion, subject.
+//! `kind = "side-view"`: a camera's section with its planes and lines. In: optics, circle of confusion, subject.
 //! Out: a [`Figure`]: a main panel to scale, the camera at its own scale beside it, and the numbers in words.
 
-use super::Figure;
-use super::canvas::{self, Canvas};
-use super::display_list::{DisplayList, Face, Geometry, Group, Item, PanelFrame, Point, Run, Shape, Text};
-use super::extent::{self, Extent};
-use super::facts;
-use super::lettering;
-use super::panel::Panel;
-use super::parts::{self, Role, Scene};
-use super::place::Weight;
-use super::rays;
-use super::section::{Section, SectionPlane, View};
-use super::subject;
-use super::theme::{self, Theme};
-use super::words;
+use super::file::Input;
+use super::keys;
+use crate::diagram::Figure;
+use crate::diagram::display_list::{Group, Item, Point, Shape};
+use crate::diagram::extent::{self, Extent};
+use crate::diagram::facts;
+use crate::diagram::panel::Panel;
+use crate::diagram::parts::{self, PARTS, Role, Scene};
+use crate::diagram::rays;
+use crate::diagram::section::{Section, SectionPlane, View};
+use crate::diagram::sheet::{self, GUTTER, LEADING, MARGIN, STRIP, Sheet};
+use crate::diagram::subject;
+use crate::diagram::theme::{self, Theme};
 use crate::error::{Error, Result};
 use crate::optics::Optics;
 use glam::DVec3;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::collections::BTreeSet;
 
 /// Whether the camera is drawn a second time at its own scale.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,11 +35,63 @@ pub enum Inset {
 
 /// Page millimetres below which the camera is too small to read.
 const READABLE: f64 = 24.0;
-const MARGIN: f64 = 2.5;
-const STRIP: f64 = 5.0;
-const GUTTER: f64 = 4.5;
 const INSET_WIDTH: f64 = 62.0;
-const LEADING: f64 = 3.9;
+/// From this width on (mm) panels stand beside one another.
+const WIDE: f64 = 130.0;
+
+/// What a figure file of this kind says beside page and camera.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(default)]
+pub(crate) struct Keys {
+    /// The plane of the section: `auto` holds the normals of lens and film, `side` is upright along the rail, `top` level.
+    #[schemars(extend("enum" = ["auto", "side", "top"]), example = &"auto")]
+    section: String,
+    /// A panel beside, to its own scale, that shows the camera itself: `auto` where it is too small to be read.
+    #[schemars(extend("enum" = ["auto", "always", "never"]), example = &"auto")]
+    inset: String,
+    /// Parts left out, by name.
+    #[schemars(schema_with = "keys::part_names")]
+    hide: Vec<String>,
+}
+
+impl Default for Keys {
+    fn default() -> Self {
+        Self { section: "auto".into(), inset: "auto".into(), hide: Vec::new() }
+    }
+}
+
+/// Draws the figure that a file describes.
+pub(crate) fn draw(input: &Input) -> Result<Figure> {
+    let (page, keys) = (input.page(height)?, input.keys::<Keys>()?);
+    let shows_subject = !keys.hide.iter().any(|part| part == "subject");
+    let subject = input.camera(shows_subject)?;
+    let mut view = SideView::new(&subject.optics)
+        .circle_of_confusion(subject.circle)
+        .subject(&subject.triangles)
+        .section(input.changes.section.unwrap_or(match keys.section.as_str() {
+            "side" => Section::Side,
+            "top" => Section::Top,
+            _ => Section::Auto,
+        }))
+        .inset(input.changes.inset.unwrap_or(match keys.inset.as_str() {
+            "always" => Inset::Always,
+            "never" => Inset::Never,
+            _ => Inset::Auto,
+        }))
+        .hide(&keys.hide)
+        .page(page.size[0], page.size[1])
+        .background(page.background)
+        .theme(page.theme);
+    if let Some(title) = &page.title {
+        view = view.title(title);
+    }
+    view.figure()
+}
+
+/// The height of a page of this width, unless one is given.
+fn height(width: f64) -> f64 {
+    if width < WIDE { 1.25 * width } else { 0.625 * width }
+}
 
 /// Where panels and captions stand when the camera is drawn twice.
 struct Layout {
@@ -79,6 +133,7 @@ pub struct SideView<'a> {
     page: [f64; 2],
     background: bool,
     theme: Theme,
+    hidden: BTreeSet<String>,
 }
 
 impl<'a> SideView<'a> {
@@ -94,6 +149,7 @@ impl<'a> SideView<'a> {
             page: [160.0, 100.0],
             background: true,
             theme: Theme::PRINT,
+            hidden: BTreeSet::new(),
         }
     }
 
@@ -133,6 +189,12 @@ impl<'a> SideView<'a> {
         Self { page: [width, height], ..self }
     }
 
+    /// Width of the page in millimetres, 160 unless set; the height suits it.
+    #[must_use]
+    pub fn page_width(self, width: f64) -> Self {
+        self.page(width, height(width))
+    }
+
     /// Whether the page is painted; without, it is transparent.
     #[must_use]
     pub fn background(self, painted: bool) -> Self {
@@ -145,17 +207,23 @@ impl<'a> SideView<'a> {
         Self { theme, ..self }
     }
 
+    /// Leaves out parts by name; [`PARTS`] lists those that can be. Other names change nothing.
+    #[must_use]
+    pub fn hide<S: AsRef<str>>(mut self, parts: &[S]) -> Self {
+        let known = |name: &&str| PARTS.contains(name);
+        self.hidden.extend(parts.iter().map(AsRef::as_ref).filter(known).map(str::to_owned));
+        self
+    }
+
     /// Draws it.
     ///
     /// # Errors
-    /// When the page is smaller than 130 by 80 mm or larger than 2000 mm, the circle of confusion is not positive,
+    /// When the page is smaller than 60 by 40 mm or larger than 2000 mm or too small for what is asked for, the circle of confusion is not positive,
     /// the title has a character without a glyph, or the camera's numbers are too extreme to be drawn.
     pub fn figure(&self) -> Result<Figure> {
+        let mut sheet = Sheet::new(self.page, [60.0, 40.0], &self.theme)?;
+        sheet.background = self.background;
         let [width, height] = self.page;
-        if !((130.0..=2000.0).contains(&width) && (80.0..=2000.0).contains(&height)) {
-            return Err(Error::invalid(format!("a page of {width} by {height} mm cannot hold this figure"))
-                .remedy("choose 130 to 2000 mm by 80 to 2000 mm"));
-        }
         if !(self.circle > 0.0 && self.circle.is_finite()) {
             return Err(Error::invalid("the circle of confusion must be positive")
                 .at_key("focus.circle_of_confusion_mm"));
@@ -166,63 +234,66 @@ impl<'a> SideView<'a> {
             return Err(Error::invalid("the camera's numbers are too extreme to be drawn")
                 .remedy("check extension_mm, film_mm and the rises and shifts"));
         }
-        let top = MARGIN + if self.title.is_some() { theme::TITLE * 1.7 } else { 0.0 };
-        let facts = facts::lines(&scene, self.circle);
-        let wide_lines = flow(&facts, width - 2.0 * MARGIN)?;
-        let foot = LEADING * wide_lines.len() as f64 + 1.0;
+        let top = sheet.heading(self.title)?;
+        let facts = if scene.shows("caption") { facts::lines(&scene, self.circle) } else { Vec::new() };
+        let wide_lines = sheet::flow(&facts, width - 2.0 * MARGIN)?;
+        let foot = if facts.is_empty() { 0.0 } else { LEADING * wide_lines.len() as f64 + 1.0 };
         let whole = [MARGIN, top, width - MARGIN, height - MARGIN - STRIP - foot];
-        let alone = extent::fit(extent.scene, whole, 5.0);
+        if whole[3] - whole[1] < 20.0 {
+            return Err(Error::invalid(format!("a page of {width} by {height} mm cannot hold this figure"))
+                .at_key("height_mm")
+                .remedy("give more height, or leave out the title and the caption"));
+        }
+        let alone = extent::fit(extent.scene, whole, if width < WIDE { 4.0 } else { 5.0 });
         let readable = extent.camera_size() * alone.scale >= READABLE;
         let with_inset = match self.inset {
             Inset::Always => true,
             Inset::Never => false,
             Inset::Auto => !readable,
         };
-        let mut items = Vec::new();
-        if let Some(title) = self.title {
-            let runs = vec![Run { text: title.to_owned(), face: Face::Regular }];
-            items.push(caption("title", runs, [MARGIN, MARGIN + theme::TITLE], theme::TITLE, &self.theme)?);
-        }
-        if with_inset {
-            let layout = self.layout(&extent, top, &facts)?;
+        let layout = if with_inset { self.layout(&extent, top, &facts)? } else { None };
+        let view = view_name(scene.section.view);
+        if let Some(layout) = layout {
             scene.bundles = rays::bundles(&scene, &layout.main);
             let (mark, connectors) = inset_mark(&layout.main, &layout.inset, &self.theme);
-            let lines = Item::Group(Group::of("inset-mark", connectors.clone().map(Item::Shape).to_vec()));
-            items.push(lines);
-            items.push(Item::Group(self.panel(
-                &scene,
-                layout.main,
-                Role::Main,
-                "main",
-                Some((mark, connectors)),
-            )?));
-            items.push(Item::Group(self.panel(&scene, layout.inset, Role::Inset, "inset", None)?));
-            self.strip(&mut items, &layout.inset, "camera", false)?;
-            self.strip(&mut items, &layout.main, view_name(scene.section.view), layout.stacked)?;
-            self.block(&mut items, &layout.lines, layout.block)?;
+            // In a narrow page they would run through the words under the main panel.
+            let connectors = if width < WIDE { Vec::new() } else { connectors.to_vec() };
+            sheet.push(Group::of("inset-mark", connectors.iter().cloned().map(Item::Shape).collect()));
+            sheet.push(parts::panel(&scene, layout.main, Role::Main, "main", Some((mark, connectors)))?);
+            sheet.push(parts::panel(&scene, layout.inset, Role::Inset, "inset", None)?);
+            sheet.strip(&layout.inset, "camera", false)?;
+            sheet.strip(&layout.main, view, layout.stacked)?;
+            sheet.block(&layout.lines, layout.block)?;
         } else {
             scene.bundles = rays::bundles(&scene, &alone);
-            items.push(Item::Group(self.panel(&scene, alone, Role::Whole, "main", None)?));
-            self.strip(&mut items, &alone, view_name(scene.section.view), false)?;
-            self.block(&mut items, &wide_lines, [MARGIN, height - MARGIN - foot + 1.0])?;
+            sheet.push(parts::panel(&scene, alone, Role::Whole, "main", None)?);
+            sheet.strip(&alone, view, false)?;
+            sheet.block(&wide_lines, [MARGIN, height - MARGIN - foot + 1.0])?;
         }
-        let title = self.title.unwrap_or(view_title(scene.section.view)).to_owned();
-        let list = DisplayList {
-            page: self.page,
-            background: self.background.then_some(self.theme.paper),
-            title,
-            description: facts::describe(&scene, self.circle),
-            items,
-        };
-        Figure::new(list)
+        sheet.finish(view_title(scene.section.view), facts::describe(&scene, self.circle))
     }
 
     /// Side by side, or one above the other where that shows a long low scene much larger.
-    fn layout(&self, extent: &Extent, top: f64, facts: &[String]) -> Result<Layout> {
+    /// A narrow page has all below one another.
+    fn layout(&self, extent: &Extent, top: f64, facts: &[String]) -> Result<Option<Layout>> {
         let [width, height] = self.page;
         let (right, bottom) = (width - MARGIN, height - MARGIN);
+        if width < WIDE {
+            let lines = sheet::flow(facts, right - MARGIN)?;
+            let foot = if lines.is_empty() { 0.0 } else { LEADING * lines.len() as f64 + 1.0 };
+            let low = bottom - foot - STRIP;
+            let split = top + 0.45 * (low - STRIP - 2.0 - top);
+            let inset = [MARGIN, split + STRIP + 2.0, right, low];
+            return Ok((inset[3] - inset[1] > 25.0 && split - top > 25.0).then(|| Layout {
+                main: extent::fit(extent.scene, [MARGIN, top, right, split], 4.0),
+                inset: extent::fit(extent.camera, inset, 4.0),
+                block: [MARGIN, bottom - foot + 1.0],
+                lines,
+                stacked: false,
+            }));
+        }
         let beside = {
-            let lines = flow(facts, INSET_WIDTH)?;
+            let lines = sheet::flow(facts, INSET_WIDTH)?;
             let foot = LEADING * lines.len() as f64 + 2.0;
             let left = MARGIN + INSET_WIDTH + GUTTER;
             let low = bottom - STRIP - foot;
@@ -237,7 +308,7 @@ impl<'a> SideView<'a> {
         let stacked = {
             let split = top + 0.46 * (bottom - top);
             let across = MARGIN + 0.52 * (width - 2.0 * MARGIN);
-            let lines = flow(facts, right - across - GUTTER)?;
+            let lines = sheet::flow(facts, right - across - GUTTER)?;
             let inset = [MARGIN, split + STRIP + 2.5, across, bottom - STRIP];
             Layout {
                 main: extent::fit(extent.scene, [MARGIN, top, right, split], 5.0),
@@ -249,7 +320,7 @@ impl<'a> SideView<'a> {
         };
         let better = stacked.main.scale >= 1.45 * beside.main.scale;
         let room = LEADING * stacked.lines.len() as f64 <= bottom - stacked.block[1];
-        Ok(if better && room { stacked } else { beside })
+        Ok(Some(if better && room { stacked } else { beside }))
     }
 
     fn scene(&self) -> Scene<'_> {
@@ -265,78 +336,10 @@ impl<'a> SideView<'a> {
             lens: across / across.length(),
             subject: subject::cut(self.triangles, optics.world_from_lens(), &section),
             bundles: Vec::new(),
+            hidden: &self.hidden,
             section,
         }
     }
-
-    fn panel(
-        &self,
-        scene: &Scene,
-        panel: Panel,
-        role: Role,
-        name: &'static str,
-        mark: Option<(Shape, [Shape; 2])>,
-    ) -> Result<Group> {
-        let mut canvas = Canvas::new(panel, &self.theme);
-        if let Some((mark, connectors)) = mark {
-            for connector in connectors {
-                if let Geometry::Line(a, b) = connector.geometry {
-                    canvas.avoid(a, b, theme::HAIR, Weight::Soft);
-                }
-            }
-            canvas.part("inset-mark", vec![mark]);
-        }
-        parts::draw(scene, &mut canvas, role);
-        let world = self.optics.world_from_lens();
-        let (o, u, v) = (world.origin, world.vector(scene.section.u), world.vector(scene.section.v));
-        let s = panel.scale;
-        canvas.finish(PanelFrame {
-            name,
-            section: [o.x, o.y, o.z, u.x, u.y, u.z, v.x, v.y, v.z],
-            page_from_section: [s, 0.0, 0.0, -s, panel.origin[0], panel.origin[1]],
-        })
-    }
-
-    /// Under a panel: what it shows, its scale in numbers and as a bar.
-    fn strip(&self, items: &mut Vec<Item>, panel: &Panel, words: &str, to_right: bool) -> Result<()> {
-        let [left, _, right, bottom] = panel.frame;
-        let base = bottom + 3.4;
-        let scale = words::ratio(1000.0 / panel.scale);
-        let said = lettering::runs(&format!("{words}, {scale}"));
-        let metres = words::round_length(22.0 / panel.scale);
-        let long = metres * panel.scale;
-        let label = lettering::runs(&words::length(metres));
-        let width = lettering::width(&label)? * theme::LETTER;
-        let at = right - long - 1.5 - width;
-        let begin = if to_right { at - 6.0 - lettering::width(&said)? * theme::LETTER } else { left };
-        items.push(caption("scale", said, [begin, base], theme::LETTER, &self.theme)?);
-        items.push(caption("scale", label, [at, base], theme::LETTER, &self.theme)?);
-        let stroke = theme::solid(self.theme.ink, theme::MEDIUM);
-        let y = base - 0.9;
-        let bar = [
-            Shape::line([right - long, y], [right, y], stroke),
-            Shape::line([right - long + 0.15, y - 0.9], [right - long + 0.15, y + 0.9], stroke),
-            Shape::line([right - 0.15, y - 0.9], [right - 0.15, y + 0.9], stroke),
-        ];
-        items.push(Item::Group(Group::of("scale-bar", bar.into_iter().map(Item::Shape).collect())));
-        Ok(())
-    }
-
-    /// Lines of text from a height on.
-    fn block(&self, items: &mut Vec<Item>, lines: &[String], at: Point) -> Result<()> {
-        let mut base = at[1] + lettering::ASCENT * theme::LETTER;
-        for line in lines {
-            items.push(caption("caption", lettering::runs(line), [at[0], base], theme::LETTER, &self.theme)?);
-            base += LEADING;
-        }
-        Ok(())
-    }
-}
-
-fn caption(part: &'static str, runs: Vec<Run>, at: Point, size: f64, theme: &Theme) -> Result<Item> {
-    let width = lettering::width(&runs)? * size;
-    let bounds = [at[0], at[1] - lettering::ASCENT * size, at[0] + width, at[1] + lettering::DESCENT * size];
-    Ok(Item::Group(Group::of(part, vec![Item::Text(Text { at, size, color: theme.ink, runs, bounds })])))
 }
 
 fn view_name(view: View) -> &'static str {
@@ -353,22 +356,6 @@ fn view_title(view: View) -> &'static str {
         View::Top => "View camera, top view",
         View::Oblique => "View camera, oblique section",
     }
-}
-
-/// Facts joined to lines of at most this width (mm).
-fn flow(facts: &[String], width: f64) -> Result<Vec<String>> {
-    let mut lines: Vec<String> = Vec::new();
-    for fact in facts {
-        if let Some(last) = lines.last_mut() {
-            let joined = format!("{last} · {fact}");
-            if canvas::size(&joined)?[0] <= width {
-                *last = joined;
-                continue;
-            }
-        }
-        lines.push(fact.clone());
-    }
-    Ok(lines)
 }
 
 /// The box in the main panel that the inset enlarges, and the lines from it to the inset.

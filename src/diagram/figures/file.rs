@@ -1,0 +1,264 @@
+//! Figure files. In: a TOML document with a top-level `kind`, a source for the files it names, and what the command line
+//! changes. Out: a [`Figure`], or an error with file, line, key and remedy.
+
+use super::Kind;
+use super::keys::{CameraKeys, PAGE_WIDTHS, PageKeys};
+use super::side_view::Inset;
+use crate::diagram::{Figure, Section, Theme};
+use crate::error::{Error, Place, Result};
+use crate::optics::Optics;
+use crate::scene::{
+    Document, Files, RenderTable, SIZE_LIMIT, SceneFile, SceneTables, SkyTable, Source, check_shape,
+};
+use glam::DVec3;
+use serde::de::DeserializeOwned;
+use std::path::Path;
+
+/// What replaces values of a figure file.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Changes {
+    /// The colours.
+    pub theme: Option<Theme>,
+    /// Width of the page in millimetres; the height then suits it.
+    pub width_mm: Option<f64>,
+    /// Which section is shown, where the kind has one.
+    pub section: Option<Section>,
+    /// Whether the camera is drawn at its own scale too, where the kind does so.
+    pub inset: Option<Inset>,
+}
+
+/// A figure file: its kind, and keys of the right names, types and ranges.
+///
+/// ```
+/// use groundglass::diagram::{Changes, FigureFile, Kind};
+/// use groundglass::scene::{Document, Files};
+///
+/// let text = Kind::named("side-view")?.starter;
+/// let file = FigureFile::from_document(Document::from_bytes(text.as_bytes(), "my.toml")?)?;
+/// let figure = file.draw(&Files::new(), "diagrams".as_ref(), Changes::default())?;
+/// assert!(figure.to_svg()?.contains("data-part=\"focus-plane\""));
+/// # Ok::<(), groundglass::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct FigureFile {
+    document: Document,
+    kind: &'static Kind,
+}
+
+impl FigureFile {
+    /// Whether a document is a figure: it has a top-level `kind`.
+    ///
+    /// # Errors
+    /// [`Invalid`](crate::error::ErrorKind::Invalid) when it is not TOML.
+    pub fn is_figure(document: &Document) -> Result<bool> {
+        Ok(document.table()?.get_ref().contains_key("kind"))
+    }
+
+    /// Reads a figure from a document.
+    ///
+    /// # Errors
+    /// [`Invalid`](crate::error::ErrorKind::Invalid), with line, key and remedy: not TOML, an unknown kind or key, a
+    /// missing one, a wrong type, a number out of range.
+    pub fn from_document(document: Document) -> Result<Self> {
+        let table = document.table()?;
+        let Some(value) = table.get_ref().get("kind") else {
+            return Err(Error::invalid("a figure says what it is with a top-level `kind`")
+                .in_file(document.name())
+                .remedy("add `kind = \"side-view\"`; `groundglass diagram --list` lists the kinds"));
+        };
+        let place = || document.place_of_range(value.span(), Some("kind"));
+        let Some(name) = value.get_ref().as_str() else {
+            return Err(Error::invalid("the kind of a figure is a text in quotes")
+                .at(place())
+                .remedy("for example `kind = \"side-view\"`"));
+        };
+        let kind = Kind::named(name).map_err(|error| error.at(place()))?;
+        check_shape(&document, table.get_ref(), &kind.schema())?;
+        drop(table);
+        Ok(Self { document, kind })
+    }
+
+    /// The figure's kind.
+    pub fn kind(&self) -> &'static Kind {
+        self.kind
+    }
+
+    /// What errors call the file.
+    pub fn name(&self) -> &str {
+        self.document.name()
+    }
+
+    /// Draws it. Files that it names come from `source`; `folder` is the figure file's, as `source` knows it.
+    ///
+    /// # Errors
+    /// [`Invalid`](crate::error::ErrorKind::Invalid) and [`NoSolution`](crate::error::ErrorKind::NoSolution) with
+    /// file, line and key when values exclude each other, a named file is missing or wrong, or the camera cannot exist.
+    pub fn draw(&self, source: &dyn Source, folder: &Path, changes: Changes) -> Result<Figure> {
+        let input = Input { document: &self.document, source, folder, changes };
+        (self.kind.draw)(&input).map_err(|error| input.placed(error))
+    }
+
+    /// Reads and draws the figure file at `path`.
+    ///
+    /// # Errors
+    /// As [`Self::from_document`] and [`Self::draw`]; [`Io`](crate::error::ErrorKind::Io) when it cannot be read.
+    pub fn draw_path(path: impl AsRef<Path>) -> Result<Figure> {
+        let (files, name) = (Files::new(), path.as_ref().display().to_string());
+        let named = |error: Error| error.in_file(&*name);
+        let found = files.argument(path.as_ref()).map_err(named)?;
+        let bytes = files.read(&found, SIZE_LIMIT as u64 + 1).map_err(named)?;
+        let folder = found.parent().unwrap_or(Path::new(""));
+        Self::from_document(Document::from_bytes(&bytes, &name)?)?.draw(&files, folder, Changes::default())
+    }
+}
+
+/// What a kind draws from.
+pub(crate) struct Input<'a> {
+    pub(crate) document: &'a Document,
+    pub(crate) source: &'a dyn Source,
+    pub(crate) folder: &'a Path,
+    pub(crate) changes: Changes,
+}
+
+/// The page of a figure, settled.
+pub(crate) struct Page {
+    pub(crate) size: [f64; 2],
+    pub(crate) title: Option<String>,
+    pub(crate) theme: Theme,
+    pub(crate) background: bool,
+}
+
+/// A camera and what stands before it.
+pub(crate) struct Subject {
+    pub(crate) optics: Optics,
+    /// Diameter of the circle of confusion, metres.
+    pub(crate) circle: f64,
+    /// World metres.
+    pub(crate) triangles: Vec<[DVec3; 3]>,
+}
+
+impl Input<'_> {
+    /// The keys of a struct; those that it does not know belong to another.
+    ///
+    /// # Errors
+    /// None that the schema has not found before.
+    pub(crate) fn keys<T: DeserializeOwned>(&self) -> Result<T> {
+        T::deserialize(toml::de::Deserializer::from(self.document.table()?)).map_err(|error| {
+            let place = self.document.place_of_range(error.span().unwrap_or(0..0), None);
+            Error::invalid(error.message().replace('\n', ", ")).at(place)
+        })
+    }
+
+    /// The page; `height` gives that of a width where the file has none.
+    ///
+    /// # Errors
+    /// When the width is given twice.
+    pub(crate) fn page(&self, height: impl Fn(f64) -> f64) -> Result<Page> {
+        let keys: PageKeys = self.keys()?;
+        let named = match &keys.width {
+            Some(_) if keys.width_mm.is_some() => {
+                return Err(self
+                    .document
+                    .error("width", "`width` and `width_mm` exclude each other")
+                    .remedy("remove one of them"));
+            }
+            Some(name) => PAGE_WIDTHS.iter().find(|width| width.0 == name).map(|width| width.1),
+            None => None,
+        };
+        let own = keys.width_mm.or(named).unwrap_or(160.0);
+        let width = self.changes.width_mm.unwrap_or(own);
+        // A page set narrower keeps the height that the file gives, unless it had the shape of its width.
+        let height = keys.height_mm.unwrap_or_else(|| height(width));
+        let theme = match (self.changes.theme, &keys.theme) {
+            (Some(theme), _) => theme,
+            (None, Some(name)) => Theme::named(name)?,
+            (None, None) => Theme::PRINT,
+        };
+        Ok(Page { size: [width, height], title: keys.title, theme, background: keys.paper })
+    }
+
+    /// The camera that the file gives or names; with its meshes where they are `wanted`.
+    ///
+    /// # Errors
+    /// When neither or both of `scene` and [camera] are given, or they have the errors of a scene.
+    pub(crate) fn camera(&self, wanted: bool) -> Result<Subject> {
+        let keys: CameraKeys = self.keys()?;
+        let (description, folder) = match (keys.scene, keys.camera) {
+            (Some(_), Some(_)) => {
+                return Err(self
+                    .document
+                    .error("scene", "`scene` and [camera] exclude each other")
+                    .remedy("remove one of them"));
+            }
+            (None, None) => {
+                return Err(self
+                    .document
+                    .error("camera", "nothing says which camera is drawn: neither `scene` nor [camera]")
+                    .remedy("add `scene = \"scene.toml\"`, or the table [camera] of a scene file"));
+            }
+            (None, Some(camera)) => {
+                let tables = SceneTables {
+                    camera,
+                    focus: keys.focus,
+                    mesh: keys.mesh,
+                    sun: None,
+                    sky: SkyTable::default(),
+                    render: RenderTable::default(),
+                };
+                let file = SceneFile { document: self.document.clone(), tables };
+                (file.describe()?, self.folder.to_path_buf())
+            }
+            (Some(written), None) => {
+                for (key, given) in [("focus", keys.focus.is_some()), ("mesh", !keys.mesh.is_empty())] {
+                    if given {
+                        return Err(self
+                            .document
+                            .error(key, format!("`scene` brings its own `{key}`"))
+                            .remedy(format!("remove `{key}`, or give [camera] instead of `scene`")));
+                    }
+                }
+                let (bytes, path) = self.read("scene", &written)?;
+                let document = Document::from_bytes(&bytes, &written)?;
+                let file = SceneFile::from_document(document)?;
+                (file.describe()?, path.parent().unwrap_or(Path::new("")).to_path_buf())
+            }
+        };
+        let circle = description.circle_of_confusion.as_metres();
+        if !wanted || description.meshes.is_empty() {
+            return Ok(Subject { optics: description.optics()?, circle, triangles: Vec::new() });
+        }
+        let scene = description.load(self.source, &folder, None)?;
+        let surfaces = &scene.surfaces;
+        let triangles = (0..surfaces.triangles.len()).map(|t| surfaces.corners(t)).collect();
+        Ok(Subject { optics: scene.optics, circle, triangles })
+    }
+
+    /// The bytes of a file that the key names, and its path.
+    ///
+    /// # Errors
+    /// When it is missing or refused, with the key's line.
+    pub(crate) fn read(&self, key: &str, written: &str) -> Result<(Vec<u8>, std::path::PathBuf)> {
+        let at = |error: Error| replaced(error, self.document.place(key));
+        let path = self.source.named(self.folder, written).map_err(at)?;
+        let bytes = self.source.read(&path, SIZE_LIMIT as u64).map_err(at)?;
+        Ok((bytes.into_owned(), path))
+    }
+
+    /// An error that names a key alone, with the key's place.
+    fn placed(&self, error: Error) -> Error {
+        let place = error.place();
+        match (&place.file, &place.key) {
+            (None, Some(key)) => {
+                let place = self.document.place(key);
+                replaced(error, place)
+            }
+            (None, None) => error.in_file(self.document.name()),
+            _ => error,
+        }
+    }
+}
+
+/// The error with another place.
+fn replaced(error: Error, place: Place) -> Error {
+    error.at(place)
+}

@@ -1,0 +1,142 @@
+//! The kinds of figures: one file a kind, named like it, and the table that lists them. In: a figure file whose keys
+//! have been checked. Out: a [`Figure`].
+//!
+//! A new kind is a file here with a struct of its keys and a function `draw`, a line in [`KINDS`], and a commented
+//! figure `diagrams/KIND.toml` with its SVG.
+
+pub(crate) mod file;
+pub(crate) mod keys;
+pub(crate) mod side_view;
+
+use super::Figure;
+use crate::error::{Error, Result};
+use crate::scene::{nearest, schema_of};
+use file::Input;
+use serde_json::{Map, Value};
+
+/// A kind of figure.
+#[derive(Clone, Copy, Debug)]
+pub struct Kind {
+    /// What `kind = ".."` says.
+    pub name: &'static str,
+    /// What it shows, in a line.
+    pub line: &'static str,
+    /// A commented figure file of this kind, which `groundglass diagram --new` writes.
+    pub starter: &'static str,
+    /// The schemas of the structs that hold its keys.
+    keys: &'static [fn() -> Value],
+    draw: fn(&Input) -> Result<Figure>,
+}
+
+macro_rules! kind {
+    ($name:literal, $line:literal, $draw:path, [$($keys:ty),*]) => {
+        Kind {
+            name: $name,
+            line: $line,
+            starter: include_str!(concat!("../../../diagrams/", $name, ".toml")),
+            keys: &[schema_of::<keys::PageKeys>, $(schema_of::<$keys>),*],
+            draw: $draw,
+        }
+    };
+}
+
+/// All kinds, in the book's order.
+pub const KINDS: &[Kind] = &[kind!(
+    "side-view",
+    "a camera in section: planes, lines, depth of field, rays and subject",
+    side_view::draw,
+    [keys::CameraKeys, side_view::Keys]
+)];
+
+impl Kind {
+    /// The kind of this name.
+    ///
+    /// # Errors
+    /// When there is none; the error names the nearest.
+    pub fn named(name: &str) -> Result<&'static Self> {
+        KINDS.iter().find(|kind| kind.name == name).ok_or_else(|| {
+            let shown: String = name.chars().take(60).collect();
+            let all: Vec<_> = KINDS.iter().map(|kind| kind.name).collect();
+            let hint = nearest(&shown, all.iter().copied());
+            let hint = hint.map_or(String::new(), |near| format!("did you mean \"{near}\"? "));
+            Error::invalid(format!("unknown kind of figure \"{shown}\""))
+                .at_key("kind")
+                .remedy(format!("{hint}known: {}", all.join(", ")))
+        })
+    }
+
+    /// The JSON schema of its figure files, without references.
+    pub(crate) fn schema(&self) -> Value {
+        let mut properties = Map::new();
+        let mut required = Vec::new();
+        for keys in self.keys {
+            let Value::Object(mut part) = keys() else { continue };
+            if let Some(Value::Object(own)) = part.remove("properties") {
+                properties.extend(own);
+            }
+            if let Some(Value::Array(own)) = part.remove("required") {
+                required.extend(own);
+            }
+        }
+        if let Some(Value::Object(kind)) = properties.get_mut("kind") {
+            kind.insert("enum".into(), Value::Array(vec![self.name.into()]));
+        }
+        serde_json::json!({
+            "$schema": "https://json-schema.org/draft/2020-12/schema",
+            "title": format!("groundglass `{}` figure", self.name),
+            "description": self.line,
+            "type": "object",
+            "properties": properties,
+            "required": required,
+            "additionalProperties": false,
+        })
+    }
+}
+
+/// The JSON schema (draft 2020-12) of figure files of all kinds, pretty-printed, with a newline at its end.
+pub fn schema() -> String {
+    let kinds: Vec<Value> = KINDS.iter().map(Kind::schema).collect();
+    let all = serde_json::json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "groundglass figure",
+        "oneOf": kinds,
+    });
+    format!("{all:#}\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_key_of_every_kind_has_a_description_and_an_example() {
+        fn walk(path: &str, table: &Value) {
+            let Some(properties) = table.get("properties").and_then(Value::as_object) else { return };
+            for (key, value) in properties {
+                let path = format!("{path}.{key}");
+                assert!(value["description"].is_string(), "{path} has no description");
+                let tables = value["type"] == "array" && value["items"]["type"] == "object";
+                let inner = if tables { &value["items"] } else { value };
+                if inner["type"] != "object" {
+                    assert!(inner["examples"][0] != Value::Null, "{path} has no example");
+                }
+                walk(&path, inner);
+            }
+        }
+        for kind in KINDS {
+            walk(kind.name, &kind.schema());
+        }
+        assert!(!schema().contains("null") && !schema().contains("$ref"));
+    }
+
+    #[test]
+    fn kinds_have_names_of_their_own_and_a_starter_that_says_so() {
+        for (i, kind) in KINDS.iter().enumerate() {
+            assert!(KINDS.iter().take(i).all(|other| other.name != kind.name));
+            assert!(kind.starter.starts_with('#'), "{} opens with a comment", kind.name);
+            assert!(kind.starter.contains(&format!("kind = \"{}\"", kind.name)));
+            assert!(kind.line.len() < 80);
+        }
+        assert!(Kind::named("side-veiw").unwrap_err().to_string().contains("did you mean \"side-view\"?"));
+    }
+}

@@ -1,0 +1,188 @@
+//! The page around the panels. In: a page size and a theme. Out: title, captions, scale strips and blocks of text in
+//! their places, and the finished [`Figure`].
+
+use super::Figure;
+use super::canvas;
+use super::display_list::{DisplayList, Group, Item, Point, Run, Shape, Text};
+use super::lettering;
+use super::panel::Panel;
+use super::theme::{self, Theme};
+use super::words;
+use crate::error::{Error, Result};
+
+/// Free room at the page's border.
+pub(crate) const MARGIN: f64 = 2.5;
+/// Height of the strip under a panel that says its scale.
+pub(crate) const STRIP: f64 = 5.0;
+/// Free room between panels.
+pub(crate) const GUTTER: f64 = 4.5;
+/// Distance of the base lines of captions.
+pub(crate) const LEADING: f64 = 3.9;
+
+/// A page being filled.
+pub(crate) struct Sheet<'a> {
+    pub(crate) size: [f64; 2],
+    pub(crate) theme: &'a Theme,
+    /// Whether the page is painted.
+    pub(crate) background: bool,
+    pub(crate) items: Vec<Item>,
+    title: Option<String>,
+}
+
+impl<'a> Sheet<'a> {
+    /// # Errors
+    /// When the page is smaller than `least` or larger than 2000 mm.
+    pub(crate) fn new(size: [f64; 2], least: [f64; 2], theme: &'a Theme) -> Result<Self> {
+        let fits = (0..2).all(|axis| (least[axis]..=2000.0).contains(&size[axis]));
+        if !fits {
+            let message = format!("a page of {} by {} mm cannot hold this figure", size[0], size[1]);
+            let [width, height] = least;
+            return Err(Error::invalid(message)
+                .at_key("width_mm")
+                .remedy(format!("choose {width} to 2000 mm by {height} to 2000 mm")));
+        }
+        Ok(Self { size, theme, background: true, items: Vec::new(), title: None })
+    }
+
+    /// Writes the title, if there is one; gives the height at which the rest begins.
+    ///
+    /// # Errors
+    /// When a glyph is missing.
+    pub(crate) fn heading(&mut self, title: Option<&str>) -> Result<f64> {
+        let Some(title) = title else { return Ok(MARGIN) };
+        let runs = lettering::runs(title);
+        let room = self.size[0] - 2.0 * MARGIN;
+        let width = lettering::width(&runs)? * theme::TITLE;
+        if width > room {
+            return Err(Error::invalid(format!(
+                "the title is {width:.0} mm long and the page has {room:.0} mm"
+            ))
+            .at_key("title")
+            .remedy("shorten it, or give a larger width_mm"));
+        }
+        let item = self.caption("title", runs, [MARGIN, MARGIN + theme::TITLE], theme::TITLE)?;
+        self.items.push(item);
+        self.title = Some(title.to_owned());
+        Ok(MARGIN + theme::TITLE * 1.7)
+    }
+
+    pub(crate) fn push(&mut self, group: Group) {
+        self.items.push(Item::Group(group));
+    }
+
+    /// A line of text as a group of its own.
+    ///
+    /// # Errors
+    /// When a glyph is missing.
+    pub(crate) fn caption(&self, part: &'static str, runs: Vec<Run>, at: Point, size: f64) -> Result<Item> {
+        let width = lettering::width(&runs)? * size;
+        let bounds =
+            [at[0], at[1] - lettering::ASCENT * size, at[0] + width, at[1] + lettering::DESCENT * size];
+        let text = Text { at, size, color: self.theme.ink, runs, bounds };
+        Ok(Item::Group(Group::of(part, vec![Item::Text(text)])))
+    }
+
+    /// Under a panel: what it shows, its scale in numbers and as a bar.
+    ///
+    /// # Errors
+    /// When a glyph is missing.
+    pub(crate) fn strip(&mut self, panel: &Panel, words: &str, to_right: bool) -> Result<()> {
+        let [left, _, right, bottom] = panel.frame;
+        let base = bottom + 3.4;
+        let scale = words::ratio(1000.0 / panel.scale);
+        let said = if words.is_empty() { scale } else { format!("{words}, {scale}") };
+        let said = lettering::runs(&said);
+        let metres = words::round_length((0.3 * panel.width()).min(22.0) / panel.scale);
+        let long = metres * panel.scale;
+        let label = lettering::runs(&words::length(metres));
+        let width = lettering::width(&label)? * theme::LETTER;
+        let at = right - long - 1.5 - width;
+        let begin = if to_right { at - 6.0 - lettering::width(&said)? * theme::LETTER } else { left };
+        for (runs, x) in [(said, begin), (label, at)] {
+            let item = self.caption("scale", runs, [x, base], theme::LETTER)?;
+            self.items.push(item);
+        }
+        let stroke = theme::solid(self.theme.ink, theme::MEDIUM);
+        let y = base - 0.9;
+        let bar = [
+            Shape::line([right - long, y], [right, y], stroke),
+            Shape::line([right - long + 0.15, y - 0.9], [right - long + 0.15, y + 0.9], stroke),
+            Shape::line([right - 0.15, y - 0.9], [right - 0.15, y + 0.9], stroke),
+        ];
+        self.push(Group::of("scale-bar", bar.into_iter().map(Item::Shape).collect()));
+        Ok(())
+    }
+
+    /// Lines of text from a height on.
+    ///
+    /// # Errors
+    /// When a glyph is missing.
+    pub(crate) fn block(&mut self, lines: &[String], at: Point) -> Result<()> {
+        let mut base = at[1] + lettering::ASCENT * theme::LETTER;
+        for line in lines {
+            let item = self.caption("caption", lettering::runs(line), [at[0], base], theme::LETTER)?;
+            self.items.push(item);
+            base += LEADING;
+        }
+        Ok(())
+    }
+
+    /// The finished figure; `title` is its name where it has no heading.
+    ///
+    /// # Errors
+    /// When something is drawn too far away.
+    pub(crate) fn finish(self, title: &str, description: String) -> Result<Figure> {
+        let title = self.title.as_deref().unwrap_or(title);
+        Figure::new(DisplayList {
+            page: self.size,
+            background: self.background.then_some(self.theme.paper),
+            recoloring: self.theme.recoloring(),
+            title: plain(title),
+            description,
+            items: self.items,
+        })
+    }
+}
+
+/// Marked text without its marks.
+pub(crate) fn plain(marked: &str) -> String {
+    lettering::runs(marked).into_iter().map(|run| run.text).collect()
+}
+
+/// Facts joined to lines of at most this width (mm).
+///
+/// # Errors
+/// When a glyph is missing.
+pub(crate) fn flow(facts: &[String], width: f64) -> Result<Vec<String>> {
+    let mut lines: Vec<String> = Vec::new();
+    for fact in facts {
+        if let Some(last) = lines.last_mut() {
+            let joined = format!("{last} · {fact}");
+            if canvas::size(&joined)?[0] <= width {
+                *last = joined;
+                continue;
+            }
+        }
+        lines.push(fact.clone());
+    }
+    Ok(lines)
+}
+
+/// Text broken into lines of at most this width (mm), between words.
+///
+/// # Errors
+/// When a glyph is missing.
+pub(crate) fn broken(text: &str, width: f64) -> Result<Vec<String>> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        if let Some(last) = lines.last_mut() {
+            let joined = format!("{last} {word}");
+            if canvas::size(&joined)?[0] <= width {
+                *last = joined;
+                continue;
+            }
+        }
+        lines.push(word.to_owned());
+    }
+    Ok(lines)
+}

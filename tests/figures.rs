@@ -1,0 +1,116 @@
+//! Figure files: the book in `diagrams/` is what is drawn now, wrong files are told so with line and remedy, and the
+//! program lists, writes, draws and checks them.
+
+#[path = "common/program.rs"]
+mod program;
+
+use groundglass::diagram::{FigureFile, KINDS};
+use groundglass::scene::Document;
+use program::{folder, names, run};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn book() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("diagrams");
+    let mut files: Vec<PathBuf> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|ending| ending == "toml"))
+        .collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn the_book_is_what_is_drawn_now_and_has_every_kind() {
+    let mut kinds = Vec::new();
+    for file in book() {
+        let text = fs::read_to_string(&file).unwrap();
+        let document = Document::from_bytes(text.as_bytes(), &file.display().to_string()).unwrap();
+        kinds.push(FigureFile::from_document(document).unwrap().kind().name);
+        let svg = FigureFile::draw_path(&file).unwrap_or_else(|error| panic!("{error}")).to_svg().unwrap();
+        let found = fs::read_to_string(file.with_extension("svg")).unwrap_or_default();
+        let name = file.file_name().unwrap().to_string_lossy();
+        assert!(
+            found == svg,
+            "diagrams/{name} has another SVG: run `groundglass diagram diagrams/{name}`, and look"
+        );
+        assert!(!svg.contains("\n\n") && svg.contains("role=\"img\""), "{name}");
+    }
+    for kind in KINDS {
+        assert!(kinds.contains(&kind.name), "the book has no {}", kind.name);
+    }
+}
+
+fn error(text: &str) -> String {
+    let document = Document::from_bytes(text.as_bytes(), "figure.toml").unwrap();
+    FigureFile::from_document(document).unwrap_err().to_string()
+}
+
+#[test]
+fn wrong_figures_name_line_key_and_remedy() {
+    let cases: &[(&str, &[&str])] = &[
+        ("kind = \"side-veiw\"", &["figure.toml:1:", "kind", "did you mean \"side-view\"?"]),
+        ("kind = 3", &["figure.toml:1:", "text in quotes"]),
+        (
+            "kind = \"side-view\"\ntitel = \"x\"",
+            &["figure.toml:2:", "unknown key `titel`", "did you mean `title`?"],
+        ),
+        (
+            "kind = \"side-view\"\nhide = [\"bellow\"]",
+            &["figure.toml:2:", "hide[0]", "did you mean \"bellows\"?"],
+        ),
+        ("kind = \"side-view\"\ntheme = \"drak\"", &["did you mean \"dark\"?"]),
+        ("kind = \"side-view\"\nwidth = \"ieee-colum\"", &["did you mean \"ieee-column\"?"]),
+        ("kind = \"side-view\"\nwidth_mm = -3", &["figure.toml:2:", "width_mm", "at least 1"]),
+        ("kind = \"side-view\"\ntilt_deg = 3", &["unknown key `tilt_deg`", "belongs to [camera.front]"]),
+        ("kind = \"side-view\"\n[camera]\nfocal_length_mm = \"x\"", &["figure.toml:3:", "a number"]),
+    ];
+    for (text, words) in cases {
+        let error = error(text);
+        for word in *words {
+            assert!(error.contains(word), "`{word}` is not in: {error}");
+        }
+    }
+}
+
+#[test]
+fn the_program_lists_writes_draws_and_checks_figures() {
+    let (_keep, folder) = folder("");
+    let run = |words: &[&str]| run(&folder, words);
+    let list = run(&["diagram", "--list"]);
+    assert_eq!(list.code, 0);
+    assert_eq!(list.out.lines().count(), KINDS.len());
+    run(&["diagram", "--new", "side-vew"]).expect(64, &["did you mean \"side-view\"?"]);
+    assert_eq!(run(&["diagram", "--new", "side-view"]).code, 0);
+    run(&["diagram", "--new", "side-view"]).expect(2, &["side-view.toml", "already"]);
+    run(&["diagram", "scene.toml"]).expect(64, &[]);
+    run(&["diagram", "--check", "side-view.toml"]).expect(1, &[]);
+    assert_eq!(run(&["diagram", "side-view.toml"]).code, 0);
+    assert_eq!(run(&["diagram", "--check", "side-view.toml"]).code, 0);
+    let svg = fs::read_to_string(folder.join("side-view.svg")).unwrap();
+    fs::write(folder.join("side-view.svg"), svg.replace("Lens", "Film")).unwrap();
+    let stale = run(&["diagram", "--check", "side-view.toml"]);
+    assert_eq!(stale.code, 1);
+    assert!(
+        stale.out.contains("side-view.svg is stale")
+            && stale.out.contains("groundglass diagram side-view.toml")
+    );
+    let several =
+        ["diagram", "side-view.toml", "-o", "a.svg", "-o", "a.png", "--theme", "dark", "--width-mm", "84"];
+    assert_eq!(run(&several).code, 0);
+    let dark = fs::read_to_string(folder.join("a.svg")).unwrap();
+    assert!(dark.contains("width=\"84mm\"") && !dark.contains("#ffffff"));
+    run(&["diagram", "side-view.toml", "-o", "a.svg", "--theme", "drak"]).expect(64, &["contrast"]);
+    run(&["diagram", "side-view.toml", "side-view.toml", "-o", "a.svg"]).expect(64, &["-o"]);
+    fs::write(
+        folder.join("both.toml"),
+        "kind = \"side-view\"\nscene = \"s.toml\"\n[camera]\neye_m = [0, 0, 0]\n\
+        look_at_m = [0, 0, 1]\nfocal_length_mm = 150\nf_number = 8\nfilm = \"4x5\"\nextension_mm = 150\n",
+    )
+    .unwrap();
+    run(&["diagram", "both.toml"]).expect(2, &["both.toml:2:", "scene", "exclude"]);
+    fs::write(folder.join("no.toml"), "kind = \"side-view\"\nscene = \"s.toml\"\n").unwrap();
+    run(&["diagram", "no.toml"]).expect(2, &["no.toml:2:", "there is no file `s.toml`"]);
+    assert!(!names(&folder).iter().any(|name| name.ends_with(".part")));
+}
