@@ -1,6 +1,7 @@
 //! Diagrams: from one camera's [`Optics`] to a drawing in SVG or pixels.
 //!
 //! ```text
+//! figure file --figures--> what shall be drawn, of which camera
 //! Optics --section--> traces and points in section metres --panel--> page millimetres
 //!        --canvas, place--> DisplayList (all decisions taken) --paint--> SVG | pixels
 //! ```
@@ -21,6 +22,11 @@
 //! | `frame` | a panel's border |
 //! | `scale`, `scale-bar` | a panel's scale in words and drawn |
 //! | `title`, `caption`, `paper` | words about the figure, its ground |
+//!
+//! Charts (`kind = "plot"`) have no panel. Their group `chart` says with `data-x` and `data-y` how its axes run (`log a b`:
+//! page = a + b log10(value); `linear a b`: page = a + b value) and holds `grid`, `tick`, `tick-label`, `axis-title`,
+//! `guide`, `legend` and, with `data-series`, `data-x` and `data-y` (the values), each `series` of `line`, `marker`
+//! and `error-bar`.
 //!
 //! `data-off-page` says why a part's group is empty: `beyond` the panel's frame, `at-infinity`, `parallel` to the
 //! section, `not-cut` by it.

@@ -6,6 +6,11 @@
 
 pub(crate) mod file;
 pub(crate) mod keys;
+mod plot;
+mod plot_axis;
+mod plot_data;
+mod plot_names;
+mod plot_series;
 pub(crate) mod side_view;
 
 use super::Figure;
@@ -41,12 +46,15 @@ macro_rules! kind {
 }
 
 /// All kinds, in the book's order.
-pub const KINDS: &[Kind] = &[kind!(
-    "side-view",
-    "a camera in section: planes, lines, depth of field, rays and subject",
-    side_view::draw,
-    [keys::CameraKeys, side_view::Keys]
-)];
+pub const KINDS: &[Kind] = &[
+    kind!(
+        "side-view",
+        "a camera in section: planes, lines, depth of field, rays and subject",
+        side_view::draw,
+        [keys::CameraKeys, side_view::Keys]
+    ),
+    kind!("plot", "a chart of numbers from CSV or JSON, with error bars", plot::draw, [plot::Keys]),
+];
 
 impl Kind {
     /// The kind of this name.

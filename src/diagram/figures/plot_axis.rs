@@ -1,0 +1,287 @@
+//! Axes of charts. In: the values, a scale, a length on the page. Out: the map from values to page millimetres, the
+//! ticks at 1, 2, 5 or decades, and how they are written.
+
+use crate::error::{Error, Result};
+
+/// How values run along an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Scale {
+    Linear,
+    Log,
+}
+
+/// The range of an axis: both ends, in values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Range {
+    pub(crate) scale: Scale,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+}
+
+/// A tick; `label` is empty for a minor one.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Tick {
+    pub(crate) value: f64,
+    pub(crate) label: String,
+}
+
+/// The map of an axis: page = at + per * u, where u is the value or its decimal logarithm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Axis {
+    pub(crate) range: Range,
+    pub(crate) at: f64,
+    pub(crate) per: f64,
+}
+
+/// Where a value stands along its scale.
+pub(crate) fn along(scale: Scale, value: f64) -> f64 {
+    if scale == Scale::Log { libm::log10(value) } else { value }
+}
+
+impl Range {
+    /// The range that holds all values, out to round ends; a given end stays what it is.
+    ///
+    /// # Errors
+    /// When there is no value, or an end that a scale cannot have.
+    pub(crate) fn holding(values: &[f64], scale: Scale, given: [Option<f64>; 2], room: f64) -> Result<Self> {
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let (low, high) = (given[0].unwrap_or(low), given[1].unwrap_or(high));
+        if !(low.is_finite() && high.is_finite()) {
+            return Err(Error::invalid("no series has a point").remedy("give [[series]] with x and y"));
+        }
+        if scale == Scale::Log && low.min(high) <= 0.0 {
+            return Err(Error::invalid(format!("{} cannot stand on a logarithmic axis", low.min(high)))
+                .remedy("use scale = \"linear\", or leave out what is not positive"));
+        }
+        let largest = low.abs().max(high.abs());
+        if largest > 1e100 || (scale == Scale::Log && low < 1e-100) {
+            return Err(Error::invalid("the numbers are too extreme to be drawn").remedy("use another unit"));
+        }
+        if low > high || (low == high && given[0].is_some() && given[1].is_some()) {
+            return Err(Error::invalid(format!("the axis would run from {low} to {high}"))
+                .remedy("give a min below max"));
+        }
+        let mut range = Self { scale, low, high };
+        if high - low <= 1e-12 * largest {
+            // A single value stands in the middle.
+            let half = if low == 0.0 { 1.0 } else { 0.5 * low.abs() };
+            range = match scale {
+                Scale::Log => Self { low: low / 2.0, high: high * 2.0, ..range },
+                Scale::Linear => Self { low: low - half, high: high + half, ..range },
+            };
+        }
+        let [mut from, mut to] = match scale {
+            Scale::Linear => {
+                let step = step(range.low, range.high, room);
+                [libm::floor(range.low / step + 1e-9) * step, libm::ceil(range.high / step - 1e-9) * step]
+            }
+            // A little more than the data, so that no marker stands on the frame.
+            Scale::Log => [round(0.93 * range.low, false), round(1.07 * range.high, true)],
+        };
+        from = given[0].unwrap_or(from);
+        to = given[1].unwrap_or(to);
+        Ok(Self { scale, low: from, high: to })
+    }
+
+    /// Ticks for an axis on which this many labels have room, or those that are given.
+    pub(crate) fn ticks(&self, room: f64, given: &[f64]) -> Vec<Tick> {
+        let inside = |value: f64| {
+            let (u, a, b) =
+                (along(self.scale, value), along(self.scale, self.low), along(self.scale, self.high));
+            u >= a - 1e-9 * (b - a) && u <= b + 1e-9 * (b - a)
+        };
+        let majors: Vec<f64> = match (given.is_empty(), self.scale) {
+            (false, _) => given.to_vec(),
+            (true, Scale::Linear) => {
+                let step = step(self.low, self.high, room);
+                let first = libm::ceil(self.low / step - 1e-9) as i64;
+                (0..200)
+                    .map(|i| (first + i) as f64 * step)
+                    .take_while(|&v| v <= self.high + 1e-9 * step)
+                    .collect()
+            }
+            (true, Scale::Log) => self.decades(room),
+        };
+        let majors: Vec<f64> = majors.into_iter().filter(|&v| inside(v)).collect();
+        let mut ticks: Vec<Tick> = majors
+            .iter()
+            .zip(labels(&majors, self.scale))
+            .map(|(&value, label)| Tick { value, label })
+            .collect();
+        if self.scale == Scale::Log && given.is_empty() {
+            for value in self.minors() {
+                if inside(value) && !majors.iter().any(|&m| (m / value - 1.0).abs() < 1e-9) {
+                    ticks.push(Tick { value, label: String::new() });
+                }
+            }
+        }
+        ticks
+    }
+
+    /// Decades, or 1, 2, 5 in each where there is room.
+    fn decades(&self, room: f64) -> Vec<f64> {
+        let (a, b) = (libm::log10(self.low), libm::log10(self.high));
+        let (first, last) = (libm::floor(a + 1e-9) as i32, libm::ceil(b - 1e-9) as i32);
+        let whole: Vec<i32> = (first..=last).collect();
+        if 3.0 * (b - a) <= room || b - a < 1.2 {
+            return whole.iter().flat_map(|&n| [1.0, 2.0, 5.0].map(|m| m * power(n))).collect();
+        }
+        let every = (libm::ceil((b - a) / room.max(1.0)) as i32).max(1);
+        whole.into_iter().filter(|n| n.rem_euclid(every) == 0).map(power).collect()
+    }
+
+    fn minors(&self) -> Vec<f64> {
+        let (a, b) = (libm::log10(self.low), libm::log10(self.high));
+        // Where decades stand close, only they are marked.
+        let digits: &[f64] =
+            if b - a > 6.0 { &[1.0] } else { &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0] };
+        let (first, last) = (libm::floor(a) as i32, libm::ceil(b) as i32);
+        (first..=last).flat_map(|n| digits.iter().map(move |m| m * power(n))).collect()
+    }
+}
+
+impl Axis {
+    /// The axis from one page coordinate to another.
+    pub(crate) fn new(range: Range, from: f64, to: f64) -> Self {
+        let (a, b) = (along(range.scale, range.low), along(range.scale, range.high));
+        let per = (to - from) / (b - a);
+        Self { range, at: from - per * a, per }
+    }
+
+    /// The page coordinate of a value; not finite for one that the scale cannot have.
+    pub(crate) fn page(&self, value: f64) -> f64 {
+        self.at + self.per * along(self.range.scale, value)
+    }
+}
+
+/// 10 to the n, correctly rounded as its decimal text is.
+fn power(n: i32) -> f64 {
+    format!("1e{n}").parse().unwrap_or(f64::NAN)
+}
+
+/// The next of 1, 2, 5 times a power of ten, down or up.
+fn round(value: f64, up: bool) -> f64 {
+    let n = libm::floor(libm::log10(value) + 1e-12) as i32;
+    let ladder = [-1, 0, 1].map(|k| [1.0, 2.0, 5.0].map(|m| m * power(n + k)));
+    let mut all = ladder.into_iter().flatten();
+    if up {
+        all.find(|&x| x >= value * (1.0 - 1e-9)).unwrap_or(value)
+    } else {
+        all.filter(|&x| x <= value * (1.0 + 1e-9)).last().unwrap_or(value)
+    }
+}
+
+/// The least step of 1, 2, 5 times a power of ten of which at most `room` fit.
+fn step(low: f64, high: f64, room: f64) -> f64 {
+    round((high - low) / room.max(1.0), true)
+}
+
+/// How ticks are written: all alike.
+fn labels(values: &[f64], scale: Scale) -> Vec<String> {
+    let small = values.iter().filter(|v| **v != 0.0).map(|v| v.abs()).fold(f64::INFINITY, f64::min);
+    let large = values.iter().map(|v| v.abs()).fold(0.0, f64::max);
+    if scale == Scale::Log && (small < 0.000_99 || large > 100_001.0) && values.iter().all(|&v| is_power(v)) {
+        return values
+            .iter()
+            .map(|&v| format!("10*^{{{}}}*", number(libm::round(libm::log10(v)), 0)))
+            .collect();
+    }
+    if scale == Scale::Log {
+        return values.iter().map(|&v| plain(v)).collect();
+    }
+    let step = values.windows(2).map(|w| (w[1] - w[0]).abs()).fold(f64::INFINITY, f64::min);
+    let step = if step.is_finite() && step > 0.0 { step } else { large.max(1.0) };
+    // Very large or small numbers share a power of ten, written with each: the axis stays readable alone.
+    let exponent = libm::floor(libm::log10(large.max(1e-300)) + 1e-9) as i32;
+    if !(-4..=5).contains(&exponent) {
+        let unit = power(exponent);
+        let decimals = decimals(step / unit);
+        return values
+            .iter()
+            .map(|&v| match v == 0.0 {
+                true => "0".to_owned(),
+                false => {
+                    format!("{}·10*^{{{}}}*", number(v / unit, decimals), number(f64::from(exponent), 0))
+                }
+            })
+            .collect();
+    }
+    values.iter().map(|&v| number(v, decimals(step))).collect()
+}
+
+fn is_power(value: f64) -> bool {
+    let n = libm::log10(value);
+    (n - libm::round(n)).abs() < 1e-9
+}
+
+/// Decimals that a multiple of this step needs.
+fn decimals(step: f64) -> usize {
+    (0..12)
+        .find(|&d| {
+            let scaled = step * power(d);
+            (scaled - libm::round(scaled)).abs() < 1e-6 * scaled
+        })
+        .unwrap_or(12) as usize
+}
+
+fn number(value: f64, decimals: usize) -> String {
+    let text = format!("{:.decimals$}", value.abs());
+    let is_zero = text.chars().all(|c| matches!(c, '0' | '.'));
+    if value < 0.0 && !is_zero { format!("−{text}") } else { text }
+}
+
+/// As short as it can be exactly.
+fn plain(value: f64) -> String {
+    number(value, decimals(value.abs().max(1e-12)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn majors(low: f64, high: f64, scale: Scale, room: f64) -> String {
+        let range = Range::holding(&[low, high], scale, [None, None], room).unwrap();
+        let ticks = range.ticks(room, &[]);
+        let labels: Vec<_> = ticks.iter().filter(|t| !t.label.is_empty()).map(|t| t.label.clone()).collect();
+        labels.join(" ")
+    }
+
+    #[test]
+    fn ticks_stand_at_round_values() {
+        assert_eq!(majors(0.0, 9.3, Scale::Linear, 5.0), "0 2 4 6 8 10");
+        assert_eq!(majors(-0.31, 0.44, Scale::Linear, 5.0), "−0.4 −0.2 0.0 0.2 0.4 0.6");
+        assert_eq!(majors(0.0013, 0.31, Scale::Log, 4.0), "0.001 0.01 0.1");
+        assert_eq!(majors(16.0, 4096.0, Scale::Log, 5.0), "10 100 1000");
+        assert_eq!(majors(3e-7, 4e-3, Scale::Log, 6.0), "10*^{−6}* 10*^{−5}* 10*^{−4}* 10*^{−3}*");
+        assert_eq!(majors(2.0, 9.0, Scale::Log, 6.0), "1 2 5 10");
+        assert_eq!(majors(0.0, 3e7, Scale::Linear, 4.0), "0 1·10*^{7}* 2·10*^{7}* 3·10*^{7}*");
+        assert_eq!(majors(5.0, 5.0, Scale::Linear, 4.0), "2 4 6 8");
+    }
+
+    #[test]
+    fn ranges_hold_their_values_and_given_ends_stay() {
+        for scale in [Scale::Linear, Scale::Log] {
+            for (low, high) in [(0.013, 7.7), (1.0, 1.0), (3e-9, 2e-9), (1e6, 3e6)] {
+                let values = [low, high];
+                let range = Range::holding(&values, scale, [None, None], 5.0).unwrap();
+                assert!(values.iter().all(|&v| range.low <= v * 1.000_001 && range.high >= v * 0.999_999));
+                assert!(range.ticks(5.0, &[]).len() >= 2);
+            }
+        }
+        let range = Range::holding(&[1.0, 9.7], Scale::Linear, [Some(0.5), None], 5.0).unwrap();
+        assert_eq!((range.low, range.high), (0.5, 10.0));
+        assert!(Range::holding(&[], Scale::Linear, [None, None], 5.0).is_err());
+        assert!(Range::holding(&[0.0, 1.0], Scale::Log, [None, None], 5.0).is_err());
+        assert!(Range::holding(&[1.0], Scale::Linear, [Some(2.0), Some(2.0)], 5.0).is_err());
+    }
+
+    #[test]
+    fn ends_of_an_axis_are_its_ends_on_the_page() {
+        let range = Range { scale: Scale::Log, low: 0.01, high: 1000.0 };
+        let axis = Axis::new(range, 20.0, 120.0);
+        for (value, page) in [(0.01, 20.0), (1.0, 60.0), (1000.0, 120.0)] {
+            assert!((axis.page(value) - page).abs() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! Tables of numbers beside a figure file. In: the bytes of a CSV or JSON file. Out: columns by name, each cell a number,
+//! a word or nothing.
+//!
+//! CSV: the first line names the columns; cells are parted by commas (or tabs), may stand in double quotes, and empty
+//! ones are nothing; lines that begin with `#` are comments. JSON: an array of objects (a row each), or an object of
+//! arrays (a column each), found under a JSON pointer where it is not the whole document.
+
+use crate::error::{Error, Result};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// One cell.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Cell {
+    Nothing,
+    Number(f64),
+    Word(String),
+}
+
+impl Cell {
+    fn of_text(text: &str) -> Self {
+        let text = text.trim();
+        match text.parse::<f64>() {
+            _ if text.is_empty() => Self::Nothing,
+            Ok(number) if number.is_finite() => Self::Number(number),
+            _ => Self::Word(text.to_owned()),
+        }
+    }
+
+    fn of_json(value: &Value) -> Self {
+        match value {
+            Value::Number(number) => number.as_f64().map_or(Self::Nothing, Self::Number),
+            Value::String(word) => Self::Word(word.clone()),
+            Value::Bool(truth) => Self::Word(truth.to_string()),
+            _ => Self::Nothing,
+        }
+    }
+
+    /// Whether the cell says this word, or this number.
+    pub(crate) fn says(&self, word: &str) -> bool {
+        match self {
+            Self::Nothing => word.is_empty(),
+            Self::Word(own) => own == word,
+            Self::Number(number) => word.trim().parse::<f64>().is_ok_and(|other| other == *number),
+        }
+    }
+}
+
+/// Columns of equal length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Table {
+    pub(crate) columns: BTreeMap<String, Vec<Cell>>,
+    /// Where each row stands in the file, from 1; empty for JSON.
+    pub(crate) lines: Vec<usize>,
+}
+
+impl Table {
+    /// Reads a table; `name` tells its format by its ending.
+    ///
+    /// # Errors
+    /// When it is not such a table, with the line where there is one.
+    pub(crate) fn read(bytes: &[u8], name: &str, pointer: Option<&str>) -> Result<Self> {
+        let text = std::str::from_utf8(bytes).map_err(|_| Error::invalid("not UTF-8 text").in_file(name))?;
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let ending = name.rsplit('.').next().unwrap_or_default().to_lowercase();
+        match ending.as_str() {
+            "csv" | "tsv" => csv(text),
+            "json" => json(text, pointer),
+            _ => Err(Error::invalid("a table's name ends in .csv, .tsv or .json").remedy("rename it")),
+        }
+        .map_err(|error| error.in_file(name))
+    }
+
+    /// The rows.
+    pub(crate) fn rows(&self) -> usize {
+        self.columns.values().map(Vec::len).max().unwrap_or(0)
+    }
+
+    /// A column by its name.
+    pub(crate) fn column(&self, name: &str) -> Option<&[Cell]> {
+        self.columns.get(name).map(Vec::as_slice)
+    }
+}
+
+fn csv(text: &str) -> Result<Table> {
+    let mut lines = text
+        .lines()
+        .enumerate()
+        .map(|(i, line)| (i + 1, line))
+        .filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
+    let Some((_, head)) = lines.next() else {
+        return Err(Error::invalid("the table is empty").remedy("its first line names the columns"));
+    };
+    let separator = if head.contains('\t') { '\t' } else { ',' };
+    let names = cells(head, separator);
+    let mut table = Table::default();
+    let mut columns = vec![Vec::new(); names.len()];
+    for (number, line) in lines {
+        let row = cells(line, separator);
+        if row.len() != names.len() {
+            let message =
+                format!("{} cells in the line, and the first line names {}", row.len(), names.len());
+            return Err(Error::invalid(message).at_line(number));
+        }
+        for (column, cell) in columns.iter_mut().zip(&row) {
+            column.push(Cell::of_text(cell));
+        }
+        table.lines.push(number);
+    }
+    table.columns = names.iter().map(|name| name.trim().to_owned()).zip(columns).collect();
+    Ok(table)
+}
+
+/// The cells of a line; `""` in quotes is one quote.
+fn cells(line: &str, separator: char) -> Vec<String> {
+    let mut cells = vec![String::new()];
+    let mut quoted = false;
+    let mut characters = line.chars().peekable();
+    while let Some(c) = characters.next() {
+        match c {
+            '"' if quoted && characters.peek() == Some(&'"') => {
+                characters.next();
+                push(&mut cells, '"');
+            }
+            '"' => quoted = !quoted,
+            _ if c == separator && !quoted => cells.push(String::new()),
+            _ => push(&mut cells, c),
+        }
+    }
+    cells
+}
+
+fn push(cells: &mut [String], c: char) {
+    if let Some(cell) = cells.last_mut() {
+        cell.push(c);
+    }
+}
+
+fn json(text: &str, pointer: Option<&str>) -> Result<Table> {
+    let whole: Value = serde_json::from_str(text)
+        .map_err(|error| Error::invalid(format!("not JSON: {error}")).at_line(error.line().max(1)))?;
+    let found = match pointer {
+        Some(pointer) => whole.pointer(pointer).ok_or_else(|| {
+            Error::invalid(format!("the document has nothing at `{pointer}`"))
+                .remedy("give `table` as a JSON pointer, such as \"/runs\"")
+        })?,
+        None => &whole,
+    };
+    let mut table = Table::default();
+    match found {
+        Value::Array(rows) => {
+            for (i, row) in rows.iter().enumerate() {
+                let Value::Object(row) = row else {
+                    return Err(Error::invalid(format!("row {i} is not an object")));
+                };
+                for (name, value) in row {
+                    let column = table.columns.entry(name.clone()).or_default();
+                    column.resize(i, Cell::Nothing);
+                    column.push(Cell::of_json(value));
+                }
+            }
+            let rows = rows.len();
+            table.columns.values_mut().for_each(|column| column.resize(rows, Cell::Nothing));
+        }
+        Value::Object(columns) => {
+            for (name, values) in columns {
+                if let Value::Array(values) = values {
+                    table.columns.insert(name.clone(), values.iter().map(Cell::of_json).collect());
+                }
+            }
+            let rows = table.rows();
+            table.columns.values_mut().for_each(|column| column.resize(rows, Cell::Nothing));
+        }
+        _ => {
+            return Err(Error::invalid("expected an array of objects or an object of arrays")
+                .remedy("say with `table` where the table stands"));
+        }
+    }
+    Ok(table)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn csv_and_json_give_the_same_table() {
+        let csv = "# made by hand\nn,\"rms, mean\",who\n16,0.5,a\n64,,\"b \"\"c\"\"\"\n";
+        let rows = r#"{"runs": [{"n": 16, "rms, mean": 0.5, "who": "a"}, {"n": 64, "who": "b \"c\""}]}"#;
+        let columns = r#"{"n": [16, 64], "rms, mean": [0.5, null], "who": ["a", "b \"c\""]}"#;
+        let table = Table::read(csv.as_bytes(), "t.csv", None).unwrap();
+        assert_eq!(table.column("rms, mean").unwrap(), [Cell::Number(0.5), Cell::Nothing]);
+        assert_eq!(table.lines, [3, 4]);
+        assert_eq!(Table::read(rows.as_bytes(), "t.json", Some("/runs")).unwrap().columns, table.columns);
+        assert_eq!(Table::read(columns.as_bytes(), "t.json", None).unwrap().columns, table.columns);
+    }
+
+    #[test]
+    fn wrong_tables_say_where() {
+        let wrong =
+            |text: &str, name: &str| Table::read(text.as_bytes(), name, None).unwrap_err().to_string();
+        assert!(wrong("a,b\n1\n", "t.csv").contains("t.csv:2: 1 cells"));
+        assert!(wrong("", "t.csv").contains("empty"));
+        assert!(wrong("{", "t.json").contains("t.json:1"));
+        assert!(wrong("3", "t.json").contains("array of objects"));
+        assert!(wrong("", "t.xls").contains(".csv"));
+    }
+}

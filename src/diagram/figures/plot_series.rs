@@ -1,0 +1,166 @@
+//! Series of charts. In: the keys of a series and the tables they name. Out: points with their values and error bars, every
+//! one finite; nothing is dropped but empty cells.
+
+use super::file::Input;
+use super::plot::SeriesKeys;
+use super::plot_data::{Cell, Table};
+use crate::error::{Error, Result};
+use crate::scene::nearest;
+
+/// A point and the ends of its error bar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct DataPoint {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) bar: Option<[f64; 2]>,
+}
+
+/// Points in the file's order.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Series {
+    pub(crate) name: String,
+    pub(crate) points: Vec<DataPoint>,
+}
+
+/// Reads series `index` from its keys; `data` and `table` are those of the figure.
+///
+/// # Errors
+/// With the key's line when values are given twice or not at all, a column is missing, or a cell is not a number.
+pub(crate) fn read(
+    input: &Input,
+    index: usize,
+    keys: &SeriesKeys,
+    data: Option<&str>,
+    table: Option<&str>,
+) -> Result<Series> {
+    let key = |name: &str| format!("series[{index}].{name}");
+    let own = keys.data.as_deref();
+    let table = match own.or(data) {
+        Some(written) => {
+            let at = if own.is_some() { key("data") } else { "data".to_owned() };
+            let (bytes, _) = input.read(&at, written)?;
+            Some(Table::read(&bytes, written, keys.table.as_deref().or(table))?)
+        }
+        None => None,
+    };
+    let rows = table.as_ref().map_or(Ok(Vec::new()), |table| rows(input, index, keys, table))?;
+    let column = |name: &str,
+                  array: &Option<Vec<f64>>,
+                  named: &Option<String>|
+     -> Result<Option<Vec<Option<f64>>>> {
+        match (array, named) {
+            (Some(_), Some(_)) => Err(input
+                .document
+                .error(&key(name), format!("`{name}` and `{name}_column` exclude each other"))
+                .remedy("remove one of them")),
+            (Some(values), None) => Ok(Some(values.iter().copied().map(Some).collect())),
+            (None, Some(wanted)) => {
+                let Some(table) = &table else {
+                    return Err(input
+                        .document
+                        .error(&key(&format!("{name}_column")), "there is no table to take the column from")
+                        .remedy("name a CSV or JSON file: data = \"runs.csv\""));
+                };
+                numbers(input, &key(&format!("{name}_column")), table, wanted, &rows).map(Some)
+            }
+            (None, None) => Ok(None),
+        }
+    };
+    let required = |name: &str, found: Option<Vec<Option<f64>>>| {
+        found.ok_or_else(|| {
+            input
+                .document
+                .error(&format!("series[{index}]"), format!("the series has no `{name}`"))
+                .remedy(format!("add `{name} = [1.0, 2.0]`, or `{name}_column = \"{name}\"` with a table"))
+        })
+    };
+    let x = required("x", column("x", &keys.x, &keys.x_column)?)?;
+    let y = required("y", column("y", &keys.y, &keys.y_column)?)?;
+    let error = column("error", &keys.error, &keys.error_column)?;
+    let low = column("low", &keys.low, &keys.low_column)?;
+    let high = column("high", &keys.high, &keys.high_column)?;
+    for (name, other) in
+        [("y", Some(&y)), ("error", error.as_ref()), ("low", low.as_ref()), ("high", high.as_ref())]
+    {
+        if let Some(other) = other
+            && other.len() != x.len()
+        {
+            let message = format!("`{name}` has {} values and `x` has {}", other.len(), x.len());
+            return Err(input.document.error(&key(name), message).remedy("give as many of each"));
+        }
+    }
+    if error.is_some() && (low.is_some() || high.is_some()) {
+        return Err(input
+            .document
+            .error(&format!("series[{index}]"), "`error` and `low`, `high` exclude each other")
+            .remedy("keep one of them"));
+    }
+    let pick = |column: &Option<Vec<Option<f64>>>, i: usize| {
+        column.as_ref().and_then(|c| c.get(i).copied().flatten())
+    };
+    let mut points = Vec::new();
+    for (i, (x, y)) in x.iter().zip(&y).enumerate() {
+        let (Some(x), Some(y)) = (*x, *y) else { continue };
+        let bar = match (pick(&error, i), pick(&low, i), pick(&high, i)) {
+            (Some(half), ..) => Some([y - half.abs(), y + half.abs()]),
+            (None, None, None) => None,
+            (None, low, high) => Some([low.unwrap_or(y), high.unwrap_or(y)]),
+        };
+        points.push(DataPoint { x, y, bar });
+    }
+    if points.is_empty() {
+        return Err(input.document.error(&format!("series[{index}]"), "the series has no point"));
+    }
+    Ok(Series { name: keys.name.clone(), points })
+}
+
+/// The rows of the table that a series takes.
+fn rows(input: &Input, index: usize, keys: &SeriesKeys, table: &Table) -> Result<Vec<usize>> {
+    let all = 0..table.rows();
+    let (Some(column), Some(word)) = (&keys.only_column, &keys.only) else {
+        if keys.only.is_some() != keys.only_column.is_some() {
+            return Err(input
+                .document
+                .error(&format!("series[{index}]"), "`only` and `only_column` go together")
+                .remedy("for example only_column = \"method\", only = \"ours\""));
+        }
+        return Ok(all.collect());
+    };
+    let key = format!("series[{index}].only_column");
+    let cells = cells(input, &key, table, column)?;
+    let rows: Vec<usize> = all.filter(|&row| cells.get(row).is_some_and(|cell| cell.says(word))).collect();
+    if rows.is_empty() {
+        return Err(input.document.error(
+            &format!("series[{index}].only"),
+            format!("no row has `{word}` in the column `{column}`"),
+        ));
+    }
+    Ok(rows)
+}
+
+fn cells<'t>(input: &Input, key: &str, table: &'t Table, name: &str) -> Result<&'t [Cell]> {
+    table.column(name).ok_or_else(|| {
+        let all: Vec<&str> = table.columns.keys().map(String::as_str).collect();
+        let hint = nearest(name, all.iter().copied());
+        let hint = hint.map_or(String::new(), |near| format!("did you mean \"{near}\"? "));
+        input
+            .document
+            .error(key, format!("the table has no column `{name}`"))
+            .remedy(format!("{hint}it has {}", all.join(", ")))
+    })
+}
+
+fn numbers(input: &Input, key: &str, table: &Table, name: &str, rows: &[usize]) -> Result<Vec<Option<f64>>> {
+    let cells = cells(input, key, table, name)?;
+    rows.iter()
+        .map(|&row| match cells.get(row) {
+            Some(Cell::Number(number)) => Ok(Some(*number)),
+            Some(Cell::Word(word)) => {
+                let line = table.lines.get(row).map_or(format!("row {row}"), |line| format!("line {line}"));
+                Err(Error::invalid(format!("`{word}` in the column `{name}`, {line}, is not a number"))
+                    .at(input.document.place(key)))
+            }
+            _ => Ok(None),
+        })
+        .collect()
+}

@@ -1,0 +1,286 @@
+//! Charts read back by their data attributes: what is drawn lies on the values; names touch nothing; wrong tables and
+//! axes are told with line and remedy.
+
+use groundglass::diagram::{Changes, Figure, FigureFile, Geometry, Item, Segment, THEMES};
+use groundglass::scene::{Document, Memory};
+use std::time::Instant;
+
+const CSV: &str = "n,rms,sigma,who\n16,0.06,0.004,a\n64,0.03,0.002,a\n256,0.015,0.001,a\n16,0.02,,b\n64,0.007,,b\n256,0.002,,b\n";
+const LOG: &str = r#"kind = "plot"
+title = "Title"
+data = "t.csv"
+[x]
+scale = "log"
+title = "samples *N*"
+[y]
+scale = "log"
+title = "error"
+unit = "m"
+[[series]]
+name = "first"
+x_column = "n"
+y_column = "rms"
+error_column = "sigma"
+only_column = "who"
+only = "a"
+[[series]]
+name = "second"
+x_column = "n"
+y_column = "rms"
+only_column = "who"
+only = "b"
+[[guide]]
+name = "*N^{−1/2}*"
+slope = -0.5
+through = [16, 0.1]
+"#;
+
+fn draw(text: &str, changes: Changes) -> groundglass::Result<Figure> {
+    let source = Memory::new().with("t.csv", CSV.as_bytes()).with(
+        "t.json",
+        br#"{"runs": [{"n": 1, "t": 3.5}, {"n": 2, "t": -2.0}, {"n": 4, "t": 1e-3}]}"#.as_slice(),
+    );
+    let document = Document::from_bytes(text.as_bytes(), "plot.toml")?;
+    FigureFile::from_document(document)?.draw(&source, "".as_ref(), changes)
+}
+
+fn numbers(text: &str) -> Vec<f64> {
+    text.split_whitespace().map(|t| t.parse().unwrap()).collect()
+}
+
+/// The map of an axis from its attribute.
+fn axis(text: &str) -> impl Fn(f64) -> f64 {
+    let (scale, rest) = text.split_once(' ').unwrap();
+    let (ab, is_log) = (numbers(rest), scale == "log");
+    move |value| ab[0] + ab[1] * if is_log { value.log10() } else { value }
+}
+
+/// Checks that every marker and every corner of every line of a chart stands on its value; gives the series' sizes.
+fn check(svg: &str) -> Vec<usize> {
+    let tree = roxmltree::Document::parse(svg).unwrap();
+    let part = |name: &'static str| move |n: &roxmltree::Node| n.attribute("data-part") == Some(name);
+    let chart = tree.descendants().find(part("chart")).unwrap();
+    let (x, y) = (axis(chart.attribute("data-x").unwrap()), axis(chart.attribute("data-y").unwrap()));
+    let mut sizes = Vec::new();
+    for series in chart.children().filter(part("series")) {
+        let values = numbers(series.attribute("data-x").unwrap());
+        let values: Vec<_> = values.into_iter().zip(numbers(series.attribute("data-y").unwrap())).collect();
+        let pages: Vec<[f64; 2]> = values.iter().map(|&(u, v)| [x(u), y(v)]).collect();
+        let close = |p: [f64; 2], q: [f64; 2]| (p[0] - q[0]).hypot(p[1] - q[1]) < 0.002;
+        if let Some(line) = series.children().find(part("line")) {
+            let d = line.first_element_child().unwrap().attribute("d").unwrap().replace(['M', 'L'], " ");
+            let corners: Vec<[f64; 2]> = numbers(&d).chunks(2).map(|c| [c[0], c[1]]).collect();
+            for page in &pages {
+                assert!(corners.iter().any(|c| close(*c, *page)), "no corner at {page:?}");
+            }
+        }
+        if let Some(markers) = series.children().find(part("marker")) {
+            let marks: Vec<_> = markers.children().filter(|n| n.is_element()).collect();
+            assert_eq!(marks.len(), pages.len());
+            for (mark, page) in marks.iter().zip(&pages) {
+                let center = match mark.tag_name().name() {
+                    "circle" => ["cx", "cy"].map(|a| mark.attribute(a).unwrap().parse().unwrap()),
+                    _ => {
+                        let d = mark.attribute("d").unwrap().replace(['M', 'L', 'Z'], " ");
+                        let c = numbers(&d);
+                        let n = c.len() as f64 / 2.0;
+                        [0, 1].map(|k| c.iter().skip(k).step_by(2).sum::<f64>() / n)
+                    }
+                };
+                assert!(close(center, *page), "{center:?} is not {page:?}");
+            }
+        }
+        if let Some(bars) = series.children().find(part("error-bar")) {
+            assert!(bars.children().filter(|n| n.has_tag_name("line")).count() >= values.len());
+        }
+        sizes.push(values.len());
+    }
+    sizes
+}
+
+#[test]
+fn drawn_points_stand_on_their_values() {
+    let svg = draw(LOG, Changes::default()).unwrap().to_svg().unwrap();
+    assert_eq!(check(&svg), [3, 3]);
+    let linear = "kind = \"plot\"\ndata = \"t.json\"\ntable = \"/runs\"\n[[series]]\nname = \"t\"\nx_column = \"n\"\ny_column = \"t\"\n";
+    assert_eq!(check(&draw(linear, Changes::default()).unwrap().to_svg().unwrap()), [3]);
+    // A given end cuts off what lies beyond.
+    let cut = linear.replace("[[series]]", "[x]\nmax = 3\n[[series]]");
+    assert_eq!(check(&draw(&cut, Changes::default()).unwrap().to_svg().unwrap()), [2]);
+}
+
+/// The boxes of all words of a figure.
+fn boxes(items: &[Item], found: &mut Vec<(String, [f64; 4])>) {
+    for item in items {
+        match item {
+            Item::Group(group) => boxes(&group.items, found),
+            Item::Text(text) => found.push((text.plain(), text.bounds)),
+            Item::Shape(_) => {}
+        }
+    }
+}
+
+/// The straight pieces and markers of series.
+fn strokes(items: &[Item], inside: bool, found: &mut Vec<([f64; 2], [f64; 2])>) {
+    for item in items {
+        match item {
+            Item::Group(group) => strokes(&group.items, inside || group.part == Some("series"), found),
+            Item::Shape(shape) if inside => match &shape.geometry {
+                Geometry::Line(a, b) => found.push((*a, *b)),
+                Geometry::Circle { center, .. } => found.push((*center, *center)),
+                Geometry::Path(path) => {
+                    let at = |s: &Segment| match s {
+                        Segment::Move(p) | Segment::Line(p) => Some(*p),
+                        _ => None,
+                    };
+                    let points: Vec<_> = path.iter().filter_map(at).collect();
+                    found.extend(points.windows(2).map(|w| (w[0], w[1])));
+                }
+            },
+            _ => {}
+        }
+    }
+}
+
+fn check_names(figure: &Figure, what: &str) {
+    let list = figure.display_list();
+    let (mut words, mut lines) = (Vec::new(), Vec::new());
+    boxes(&list.items, &mut words);
+    strokes(&list.items, false, &mut lines);
+    for (i, (said, b)) in words.iter().enumerate() {
+        assert!(
+            b[0] >= 0.0 && b[2] <= list.page[0] && b[1] >= 0.0 && b[3] <= list.page[1],
+            "{what}: {said} leaves the page"
+        );
+        for (other, o) in &words[..i] {
+            let apart = b[2] <= o[0] || o[2] <= b[0] || b[3] <= o[1] || o[3] <= b[1];
+            assert!(apart, "{what}: `{said}` touches `{other}`");
+        }
+        for (p, q) in &lines {
+            for k in 0..=100 {
+                let t = f64::from(k) / 100.0;
+                let c = [p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])];
+                let inside = c[0] > b[0] && c[0] < b[2] && c[1] > b[1] && c[1] < b[3];
+                assert!(!inside, "{what}: `{said}` touches a line");
+            }
+        }
+    }
+}
+
+#[test]
+fn names_touch_nothing_at_any_size_and_number() {
+    for names in ["auto", "ends", "legend"] {
+        for count in [1, 2, 5, 9] {
+            for width in [85.0, 120.0, 170.0] {
+                for shape in 0..4 {
+                    let mut text = format!("kind = \"plot\"\nnames = \"{names}\"\n[y]\ntitle = \"y\"\n");
+                    for i in 0..count {
+                        let y: Vec<String> = (0..6)
+                            .map(|k| {
+                                let (i, k) = (f64::from(i), f64::from(k));
+                                let v = match shape {
+                                    0 => i * 0.01 + k,
+                                    1 => (i + 1.0) / (k + 1.0),
+                                    2 => (i * 1.7 + k * 2.3).sin(),
+                                    _ => k * k * (i - 3.0),
+                                };
+                                format!("{v:.5}")
+                            })
+                            .collect();
+                        text += &format!(
+                            "[[series]]\nname = \"series {i}\"\nx = [0, 1, 2, 3, 4, 5]\ny = [{}]\n",
+                            y.join(", ")
+                        );
+                    }
+                    let changes = Changes { width_mm: Some(width), ..Changes::default() };
+                    match draw(&text, changes) {
+                        Ok(figure) => {
+                            check_names(&figure, &format!("{names} {count} {width} {shape}"));
+                            check(&figure.to_svg().unwrap());
+                        }
+                        Err(error) => panic!("{names} {count} {width} {shape}: {error}"),
+                    }
+                }
+            }
+        }
+    }
+    check_names(&draw(LOG, Changes::default()).unwrap(), "log");
+}
+
+#[test]
+fn a_chart_has_its_bytes_its_themes_and_its_time() {
+    let first = draw(LOG, Changes::default()).unwrap().to_svg().unwrap();
+    assert_eq!(first, draw(LOG, Changes::default()).unwrap().to_svg().unwrap());
+    assert!(
+        first.contains("error against samples N")
+            && first.contains("first: 3 points from (16, 0.06) to (256, 0.015)")
+    );
+    for (name, _, theme) in THEMES {
+        let figure = draw(LOG, Changes { theme: Some(theme), ..Changes::default() }).unwrap();
+        let svg = figure.to_svg().unwrap();
+        check(&svg);
+        assert!(svg.len() < 60_000 && !svg.contains("\n\n"));
+        assert_eq!(svg.contains("prefers-color-scheme:dark"), name == "screen");
+        assert_eq!(svg.contains("currentColor"), name == "text");
+        if name == "grey" {
+            let colours =
+                svg.match_indices("\"#").map(|(at, _)| &svg[at + 2..at + 8]).filter(|c| !c.starts_with("gg"));
+            assert!(
+                colours.clone().all(|c| c[0..2] == c[2..4] && c[2..4] == c[4..6]),
+                "{:?}",
+                colours.collect::<Vec<_>>()
+            );
+        }
+    }
+    let begun = Instant::now();
+    draw(LOG, Changes::default()).unwrap().to_svg().unwrap();
+    println!("{:?}", begun.elapsed());
+    assert!(cfg!(debug_assertions) || begun.elapsed().as_millis() < 20);
+}
+
+#[test]
+fn wrong_charts_name_line_key_and_remedy() {
+    let cases: &[(&str, &str, &[&str])] = &[
+        (
+            "y_column = \"rms\"\nerror",
+            "y_column = \"rsm\"\nerror",
+            &["plot.toml:", "no column `rsm`", "did you mean \"rms\"?"],
+        ),
+        ("only = \"a\"", "only = \"c\"", &["no row has `c`"]),
+        (
+            "y_column = \"rms\"\nerror",
+            "y_column = \"who\"\nerror",
+            &["`a` in the column `who`, line 2, is not a number"],
+        ),
+        ("data = \"t.csv\"", "data = \"u.csv\"", &["plot.toml:3:", "there is no file `u.csv`"]),
+        ("data = \"t.csv\"", "", &["there is no table"]),
+        ("scale = \"log\"\ntitle = \"s", "scale = \"lgo\"\ntitle = \"s", &["did you mean \"log\"?"]),
+        ("slope = -0.5", "", &["guide[0]", "slope"]),
+        ("unit = \"m\"", "unit = \"m\"\nmin = -1", &["-1 cannot stand on a logarithmic axis"]),
+        ("only_column = \"who\"\nonly = \"b\"", "x = [1]", &["`x` and `x_column` exclude each other"]),
+        ("[[guide]]", "[guides]", &["unknown key `guides`", "did you mean `guide`?"]),
+        ("title = \"Title\"", "title = \"\u{4e2d}\"", &["no glyph"]),
+    ];
+    for (from, to, words) in cases {
+        let text = LOG.replacen(from, to, 1);
+        assert_ne!(text, LOG, "{from}");
+        let error = draw(&text, Changes::default()).map(|_| ()).unwrap_err().to_string();
+        for word in *words {
+            assert!(error.contains(word), "`{word}` is not in: {error}");
+        }
+    }
+    let series = "kind = \"plot\"\n[[series]]\nname = \"a\"\n";
+    for (more, word) in [
+        ("x = [1, 2]\ny = [1]\n", "`y` has 1 values and `x` has 2"),
+        ("x = [1, 2]\n", "the series has no `y`"),
+        ("x = [1, nan]\ny = [1, 2]\n", "finite"),
+        ("x = [1]\ny = [1e308]\n", ""),
+        ("x = [-1e308, 1e308]\ny = [1, 2]\n", ""),
+        ("x = [1, 1]\ny = [5, 5]\n", ""),
+    ] {
+        if let Err(error) = draw(&format!("{series}{more}"), Changes::default()) {
+            assert!(error.to_string().contains(word), "{error}");
+        }
+    }
+    assert!(draw("kind = \"plot\"\n", Changes::default()).is_err());
+}
