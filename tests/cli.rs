@@ -71,7 +71,7 @@ fn wrong_usage_is_64() {
         &["render", "scene.toml", "-o", "x.jpg"],
         &["render", "scene.toml", "-o", "x"],
         &["diagram", "scene.toml"],
-        &["diagram", "scene.toml", "-o", "x.pdf"],
+        &["diagram", "scene.toml", "-o", "x.eps"],
         &["diagram", "scene.toml", "-o", "x.svg", "--section", "front"],
         &["new"],
     ];

@@ -35,9 +35,9 @@ pub(super) struct Arguments {
     /// Pixels for each millimetre of the page in a PNG
     #[arg(long, value_name = "PX", default_value = "8", value_parser = pixels)]
     pub(super) png_scale: f64,
-    /// Lettering of SVG and PDF: paths look the same everywhere, text can be searched
-    #[arg(long, value_name = "AS", default_value = "paths")]
-    pub(super) text: Lettering,
+    /// Lettering: paths, or text that can be searched; by default paths in SVG, text in PDF
+    #[arg(long, value_name = "AS")]
+    pub(super) text: Option<Lettering>,
     /// Say which SVGs beside the figure files are not what would be drawn now (exit code 1); draw nothing
     #[arg(long, conflicts_with_all = ["output", "list", "new"])]
     pub(super) check: bool,
@@ -119,7 +119,7 @@ const PIXELS_PER_MM: f64 = 8.0;
 #[derive(Clone, Copy)]
 struct Writing {
     png_scale: f64,
-    text: TextAs,
+    text: Option<TextAs>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<bool> {
@@ -181,10 +181,10 @@ fn changes(arguments: &Arguments) -> Changes {
 fn draw(file: &Path, arguments: &Arguments) -> Result<()> {
     let writing = Writing {
         png_scale: arguments.png_scale,
-        text: match arguments.text {
+        text: arguments.text.map(|text| match text {
             Lettering::Paths => TextAs::Paths,
             Lettering::Text => TextAs::Text,
-        },
+        }),
     };
     let opened = input::open(file, arguments.root.root.as_deref())?;
     let is_figure = FigureFile::is_figure(&opened.document)?;
@@ -256,6 +256,7 @@ fn check(arguments: &Arguments) -> Result<bool> {
 enum Format {
     Svg,
     Png,
+    Pdf,
 }
 
 fn format(path: &Path) -> Result<Format> {
@@ -263,7 +264,8 @@ fn format(path: &Path) -> Result<Format> {
     match ending.as_deref() {
         Some("svg") => Ok(Format::Svg),
         Some("png") => Ok(Format::Png),
-        _ => Err(Error::new(ErrorKind::Usage, "a drawing's name ends in .svg or .png")
+        Some("pdf") => Ok(Format::Pdf),
+        _ => Err(Error::new(ErrorKind::Usage, "a drawing's name ends in .svg, .png or .pdf")
             .in_file(path.display().to_string())
             .remedy("give such a name with -o")),
     }
@@ -291,12 +293,13 @@ fn changed(scene: &Scene, changes: Changes) -> Result<Figure> {
 
 /// Writes a figure in the format that the file's name asks for.
 pub(super) fn write(figure: &Figure, path: &Path, read: &[PathBuf]) -> Result<()> {
-    write_as(figure, path, read, Writing { png_scale: PIXELS_PER_MM, text: TextAs::Paths })
+    write_as(figure, path, read, Writing { png_scale: PIXELS_PER_MM, text: None })
 }
 
 fn write_as(figure: &Figure, path: &Path, read: &[PathBuf], writing: Writing) -> Result<()> {
     let bytes = match format(path)? {
-        Format::Svg => figure.to_svg_with(writing.text)?.into_bytes(),
+        Format::Svg => figure.to_svg_with(writing.text.unwrap_or(TextAs::Paths))?.into_bytes(),
+        Format::Pdf => figure.to_pdf_with(writing.text.unwrap_or(TextAs::Text))?,
         Format::Png => figure.to_png(writing.png_scale)?,
     };
     output::write_whole(path, read, |file| {

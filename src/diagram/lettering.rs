@@ -16,12 +16,16 @@ const OBLIQUE: &[u8] = include_bytes!("../../assets/fonts/GroundglassSans-Obliqu
 pub(crate) const ASCENT: f64 = 0.77;
 pub(crate) const DESCENT: f64 = 0.24;
 
-fn font(face: Face) -> Result<FontRef<'static>> {
-    let bytes = match face {
+/// The font file of a face.
+pub(crate) fn file(face: Face) -> &'static [u8] {
+    match face {
         Face::Regular => REGULAR,
         Face::Oblique => OBLIQUE,
-    };
-    FontRef::new(bytes).map_err(|why| Error::invalid(format!("the embedded font cannot be read: {why}")))
+    }
+}
+
+fn font(face: Face) -> Result<FontRef<'static>> {
+    FontRef::new(file(face)).map_err(|why| Error::invalid(format!("the embedded font cannot be read: {why}")))
 }
 
 /// The advance width of one character, in ems.
@@ -34,6 +38,15 @@ pub(crate) fn advance(face: Face, character: char) -> Result<f64> {
     let metrics = font.glyph_metrics(Size::unscaled(), LocationRef::default());
     let units = f64::from(font.metrics(Size::unscaled(), LocationRef::default()).units_per_em);
     Ok(f64::from(metrics.advance_width(glyph).unwrap_or(0.0)) / units)
+}
+
+/// The number of a character's glyph in its face.
+///
+/// # Errors
+/// When the font has none.
+pub(crate) fn glyph(face: Face, character: char) -> Result<u16> {
+    let id = font(face)?.charmap().map(character).ok_or_else(|| missing(character))?;
+    u16::try_from(id.to_u32()).map_err(|_| missing(character))
 }
 
 fn missing(character: char) -> Error {

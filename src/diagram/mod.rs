@@ -1,9 +1,9 @@
-//! Diagrams: from one camera's [`Optics`] to a drawing in SVG or pixels.
+//! Diagrams: from one camera's [`Optics`] to a drawing in SVG, PDF or pixels.
 //!
 //! ```text
 //! figure file --figures--> what shall be drawn, of which camera
 //! Optics --section--> traces and points in section metres --panel--> page millimetres
-//!        --canvas, place--> DisplayList (all decisions taken) --paint--> SVG | pixels
+//!        --canvas, place--> DisplayList (all decisions taken) --paint--> SVG | PDF | pixels
 //! ```
 //!
 //! Every drawn part is a group with `data-part`. Besides the contract's names (`lens`, `film`, `axis`, `focus-plane`,
@@ -110,6 +110,22 @@ impl Figure {
     /// When the lettering cannot be drawn.
     pub fn to_svg_with(&self, text_as: TextAs) -> Result<String> {
         paint::svg::paint(&self.list, text_as)
+    }
+
+    /// The figure as a PDF of one page, its lettering as text in an embedded font.
+    ///
+    /// # Errors
+    /// When the lettering cannot be drawn.
+    pub fn to_pdf(&self) -> Result<Vec<u8>> {
+        self.to_pdf_with(TextAs::Text)
+    }
+
+    /// The figure as a PDF of one page.
+    ///
+    /// # Errors
+    /// When the lettering cannot be drawn.
+    pub fn to_pdf_with(&self, text_as: TextAs) -> Result<Vec<u8>> {
+        paint::pdf::paint(&self.list, text_as)
     }
 
     /// The figure as an 8-bit PNG with this many pixels a millimetre.

@@ -168,7 +168,7 @@ impl Input<'_> {
         let own = keys.width_mm.or(named).unwrap_or(160.0);
         let width = self.changes.width_mm.unwrap_or(own);
         // A page set narrower keeps the height that the file gives, unless it had the shape of its width.
-        let height = keys.height_mm.unwrap_or_else(|| height(width));
+        let height = keys.height_mm.unwrap_or_else(|| height(width).round());
         let theme = match (self.changes.theme, &keys.theme) {
             (Some(theme), _) => theme,
             (None, Some(name)) => Theme::named(name)?,
