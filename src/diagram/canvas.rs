@@ -58,6 +58,8 @@ pub(crate) struct Canvas<'a> {
     pub(crate) theme: &'a Theme,
     /// Where arrows at the border point.
     pub(crate) arrows: Vec<Point>,
+    /// What every part drawn next says of itself, besides its name.
+    pub(crate) data: Vec<(&'static str, String)>,
     items: Vec<Item>,
     obstacles: Vec<Obstacle>,
     labels: Vec<Label>,
@@ -69,6 +71,7 @@ impl<'a> Canvas<'a> {
             panel,
             theme,
             arrows: Vec::new(),
+            data: Vec::new(),
             items: Vec::new(),
             obstacles: Vec::new(),
             labels: Vec::new(),
@@ -76,7 +79,8 @@ impl<'a> Canvas<'a> {
     }
 
     /// Adds a group on top of what is there.
-    pub(crate) fn group(&mut self, group: Group) {
+    pub(crate) fn group(&mut self, mut group: Group) {
+        group.data.extend(self.data.iter().cloned());
         self.items.push(Item::Group(group));
     }
 
@@ -120,6 +124,7 @@ impl<'a> Canvas<'a> {
                 worth: label.worth,
             });
         }
+        self.data.clear();
         let placed = place::place(&self.panel, &self.obstacles, &requests);
         let mut leaders = Vec::new();
         let mut groups = Vec::new();

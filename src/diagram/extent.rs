@@ -20,7 +20,7 @@ pub(crate) struct Extent {
     /// The camera to its front focal plane.
     pub(crate) camera: Bounds,
     /// Film and lens alone.
-    standards: Bounds,
+    pub(crate) standards: Bounds,
 }
 
 /// The ends of the film in the section, lens space; `None` when the section misses the film.
@@ -50,7 +50,7 @@ pub(crate) fn film_in_section(optics: &Optics, section: &SectionPlane) -> Option
     (t0 < t1 && ends.iter().all(|p| p.is_finite())).then_some(ends)
 }
 
-fn grow(bounds: &mut Bounds, p: [f64; 2]) {
+pub(crate) fn grow(bounds: &mut Bounds, p: [f64; 2]) {
     bounds[0] = bounds[0].min(p[0]);
     bounds[1] = bounds[1].min(p[1]);
     bounds[2] = bounds[2].max(p[0]);

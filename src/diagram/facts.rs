@@ -53,7 +53,8 @@ pub(crate) fn describe(scene: &Scene, circle: f64) -> String {
     text
 }
 
-fn movements(standard: &Standard) -> Option<String> {
+/// A standard's movements, when it has any.
+pub(crate) fn movements(standard: &Standard) -> Option<String> {
     let mut parts = Vec::new();
     for (name, angle) in [("tilt", standard.tilt), ("swing", standard.swing)] {
         if angle.as_degrees() != 0.0 {

@@ -39,6 +39,7 @@ mod facts;
 mod figures;
 mod lettering;
 mod lines;
+mod marks;
 mod paint;
 mod panel;
 mod parts;

@@ -9,8 +9,9 @@ use super::panel::Panel;
 use super::place::Weight;
 use super::planes::{Style, along, axis, camera_span, trace, wedge};
 use super::rays::{pencil, rays};
-use super::section::{Pierce, SectionPlane};
+use super::section::{Pierce, Section, SectionPlane};
 use super::theme::{self, Hue, Theme, broken, solid};
+use super::{extent, subject};
 use crate::error::Result;
 use crate::optics::{DepthOfField, Optics};
 use glam::DVec3;
@@ -34,7 +35,32 @@ pub(crate) struct Scene<'a> {
     pub(crate) hidden: &'a BTreeSet<String>,
 }
 
-impl Scene<'_> {
+impl<'a> Scene<'a> {
+    /// The scene of a camera before triangles (world metres), `circle` the diameter on the film that counts as sharp.
+    pub(crate) fn new(
+        optics: &'a Optics,
+        theme: &'a Theme,
+        circle: f64,
+        section: Section,
+        triangles: &[[DVec3; 3]],
+        hidden: &'a BTreeSet<String>,
+    ) -> Self {
+        let section = SectionPlane::new(optics, section);
+        let across = section.normal.cross(optics.axis());
+        Self {
+            optics,
+            theme,
+            depth: optics.depth_of_field(circle),
+            film: extent::film_in_section(optics, &section),
+            // Zero only where the axis is square to the section, which facing forward forbids.
+            lens: across / across.length(),
+            subject: subject::cut(triangles, optics.world_from_lens(), &section),
+            bundles: Vec::new(),
+            hidden,
+            section,
+        }
+    }
+
     /// Whether a part is drawn.
     pub(crate) fn shows(&self, part: &str) -> bool {
         !self.hidden.contains(part)
@@ -143,8 +169,10 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
     }
     let hinge = scene.section.pierce(optics.hinge_line());
     let scheimpflug = scene.section.pierce(optics.scheimpflug_line());
-    let toward_hinge = camera_span(scene, canvas, hinge);
-    let toward_scheimpflug = camera_span(scene, canvas, scheimpflug);
+    // Planes run to the line they share, where it is drawn.
+    let to = |part: &str, line: Pierce| if scene.shows(part) { line } else { Pierce::AtInfinity };
+    let toward_hinge = camera_span(scene, canvas, to("hinge-line", hinge));
+    let toward_scheimpflug = camera_span(scene, canvas, to("scheimpflug-line", scheimpflug));
     let thin = |hue: Hue| Style::plain(solid(hue.line, theme::THIN));
     let dashed = |hue: Hue| Style::plain(broken(hue.line, theme::THIN, theme::DASHED));
     let lens_plane =
@@ -225,8 +253,7 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
     }
     if let Pierce::At(p) = hinge
         && role.names_scene()
-        && scene.shows("hinge-line")
-        && scene.shows("film-parallel")
+        && ["dimension", "film-parallel", "hinge-line"].iter().all(|part| scene.shows(part))
     {
         distance_j(canvas, p);
     }

@@ -173,8 +173,21 @@ pub(crate) fn flow(facts: &[String], width: f64) -> Result<Vec<String>> {
 /// # Errors
 /// When a glyph is missing.
 pub(crate) fn broken(text: &str, width: f64) -> Result<Vec<String>> {
-    let mut lines: Vec<String> = Vec::new();
+    let mut words: Vec<String> = Vec::new();
     for word in text.split(' ') {
+        // A number and its unit, and the two sides of an equation, stay together.
+        let holds =
+            |word: &str| matches!(word.trim_end_matches(['.', ',', ';', ':']), "mm" | "m" | "km" | "=" | "/");
+        match words.last_mut() {
+            Some(last) if holds(word) || last.ends_with(" =") || last.ends_with(" /") => {
+                last.push(' ');
+                last.push_str(word);
+            }
+            _ => words.push(word.to_owned()),
+        }
+    }
+    let mut lines: Vec<String> = Vec::new();
+    for word in words {
         if let Some(last) = lines.last_mut() {
             let joined = format!("{last} {word}");
             if canvas::size(&joined)?[0] <= width {
@@ -182,7 +195,7 @@ pub(crate) fn broken(text: &str, width: f64) -> Result<Vec<String>> {
                 continue;
             }
         }
-        lines.push(word.to_owned());
+        lines.push(word);
     }
     Ok(lines)
 }

@@ -4,14 +4,24 @@
 //! A new kind is a file here with a struct of its keys and a function `draw`, a line in [`KINDS`], and a commented
 //! figure `diagrams/KIND.toml` with its SVG.
 
+mod aperture_samples;
+mod both_rules;
 pub(crate) mod file;
+mod film_tilt_vs_lens_tilt;
+mod focus_sweep;
+mod hinge;
 pub(crate) mod keys;
+mod movements;
 mod plot;
 mod plot_axis;
 mod plot_data;
 mod plot_names;
 mod plot_series;
+mod scheimpflug;
 pub(crate) mod side_view;
+mod stage;
+mod tilt_sweep;
+mod wedge;
 
 use super::Figure;
 use crate::error::{Error, Result};
@@ -52,6 +62,60 @@ pub const KINDS: &[Kind] = &[
         "a camera in section: planes, lines, depth of field, rays and subject",
         side_view::draw,
         [keys::CameraKeys, side_view::Keys]
+    ),
+    kind!(
+        "scheimpflug",
+        "the rule of Scheimpflug: film, lens and focus planes share a line",
+        scheimpflug::draw,
+        [keys::CameraKeys, stage::SectionKeys]
+    ),
+    kind!(
+        "hinge",
+        "the hinge rule: where the focus plane turns when the camera is focused",
+        hinge::draw,
+        [keys::CameraKeys, stage::SectionKeys]
+    ),
+    kind!(
+        "both-rules",
+        "how the two rules together fix the focus plane, step by step",
+        both_rules::draw,
+        [keys::CameraKeys, stage::SectionKeys]
+    ),
+    kind!(
+        "focus-sweep",
+        "the focus plane turning about the hinge line as the extension changes",
+        focus_sweep::draw,
+        [keys::CameraKeys, stage::SectionKeys, focus_sweep::Keys]
+    ),
+    kind!(
+        "tilt-sweep",
+        "the focus plane as the lens tilts, and where the hinge line goes",
+        tilt_sweep::draw,
+        [keys::CameraKeys, stage::SectionKeys, tilt_sweep::Keys]
+    ),
+    kind!(
+        "film-tilt-vs-lens-tilt",
+        "one focus plane reached both ways: by the lens and by the film",
+        film_tilt_vs_lens_tilt::draw,
+        [keys::CameraKeys, stage::SectionKeys]
+    ),
+    kind!(
+        "wedge",
+        "depth of field for several apertures, and the circle of confusion at the film",
+        wedge::draw,
+        [keys::CameraKeys, stage::SectionKeys, wedge::Keys]
+    ),
+    kind!(
+        "aperture-samples",
+        "the points of the lens that a picture is made through",
+        aperture_samples::draw,
+        [keys::CameraKeys, aperture_samples::Keys]
+    ),
+    kind!(
+        "movements",
+        "the eight movements of both standards, with the sign each has here",
+        movements::draw,
+        [keys::CameraKeys, movements::Keys]
     ),
     kind!("plot", "a chart of numbers from CSV or JSON, with error bars", plot::draw, [plot::Keys]),
 ];

@@ -10,9 +10,8 @@ use crate::diagram::facts;
 use crate::diagram::panel::Panel;
 use crate::diagram::parts::{self, PARTS, Role, Scene};
 use crate::diagram::rays;
-use crate::diagram::section::{Section, SectionPlane, View};
+use crate::diagram::section::{Section, View};
 use crate::diagram::sheet::{self, GUTTER, LEADING, MARGIN, STRIP, Sheet};
-use crate::diagram::subject;
 use crate::diagram::theme::{self, Theme};
 use crate::error::{Error, Result};
 use crate::optics::Optics;
@@ -324,21 +323,7 @@ impl<'a> SideView<'a> {
     }
 
     fn scene(&self) -> Scene<'_> {
-        let optics = self.optics;
-        let section = SectionPlane::new(optics, self.section);
-        let across = section.normal.cross(optics.axis());
-        Scene {
-            optics,
-            theme: &self.theme,
-            depth: optics.depth_of_field(self.circle),
-            film: extent::film_in_section(optics, &section),
-            // Zero only where the axis is square to the section, which facing forward forbids.
-            lens: across / across.length(),
-            subject: subject::cut(self.triangles, optics.world_from_lens(), &section),
-            bundles: Vec::new(),
-            hidden: &self.hidden,
-            section,
-        }
+        Scene::new(self.optics, &self.theme, self.circle, self.section, self.triangles, &self.hidden)
     }
 }
 

@@ -1,0 +1,98 @@
+//! `kind = "both-rules"`: the focus plane found without measuring it. In: a camera. Out: three panels to one scale: film and
+//! lens planes meet; the film-parallel and front focal planes meet; the focus plane holds both lines.
+
+use super::file::Input;
+use super::stage::{self, Stage};
+use crate::diagram::Figure;
+use crate::diagram::extent;
+use crate::diagram::parts::Scene;
+use crate::diagram::rays;
+use crate::diagram::sheet::{GUTTER, STRIP};
+use crate::error::Result;
+
+/// What each step shows.
+const STEPS: [&[&str]; 3] = [
+    &["bellows", "caption", "label", "lens-board", "scheimpflug-line"],
+    &[
+        "axis",
+        "bellows",
+        "dimension",
+        "film-parallel",
+        "front-focal-plane",
+        "hinge-line",
+        "label",
+        "lens-board",
+    ],
+    &[
+        "axis",
+        "bellows",
+        "focus-plane",
+        "hinge-line",
+        "label",
+        "lens-board",
+        "ray",
+        "ray-bundle",
+        "scheimpflug-line",
+    ],
+];
+
+/// Draws the figure that a file describes.
+pub(crate) fn draw(input: &Input) -> Result<Figure> {
+    let stage = Stage::read(input, |width| if width < 120.0 { 2.4 * width } else { 0.62 * width }, STEPS[0])?;
+    let whole = stage.scene();
+    let optics = whole.optics;
+    let most = 30.0 * optics.focal_length();
+    let mut points = Vec::new();
+    points.extend(stage::near_point(&whole, optics.hinge_line(), most));
+    points.extend(stage::near_point(&whole, optics.scheimpflug_line(), most));
+    points.extend(stage::on_axis(&whole, optics.focus_plane(), most));
+    let bounds = stage::around(&whole, &points)?;
+    let is_parallel = optics.hinge_distance().is_none();
+    let sentences = if is_parallel {
+        vec![
+            "Lens and film are parallel: both lines are at infinity, and the focus plane is parallel to lens and \
+             film, where the lens equation puts it."
+                .to_owned(),
+            stage::camera_sentence(&whole),
+        ]
+    } else {
+        vec![
+            format!(
+                "1  Film plane and lens plane meet in the Scheimpflug line, {}.",
+                stage::whereabouts(&whole, optics.scheimpflug_line())
+            ),
+            format!(
+                "2  The plane through the lens parallel to the film and the front focal plane meet in the hinge \
+                 line, {}.",
+                stage::whereabouts(&whole, optics.hinge_line())
+            ),
+            "3  The focus plane holds both lines, and so is fixed.".to_owned(),
+            stage::camera_sentence(&whole),
+        ]
+    };
+    let (mut sheet, frame) = stage::begin(&stage, &sentences)?;
+    let [left, top, right, bottom] = frame;
+    let upright = stage.page.size[0] < 120.0;
+    for (i, shown) in STEPS.iter().enumerate() {
+        let part = |low: f64, high: f64, gap: f64| {
+            let one = (high - low - 2.0 * gap) / 3.0;
+            let begin = low + i as f64 * (one + gap);
+            [begin, begin + one]
+        };
+        let box_of_step = if upright {
+            let [t, b] = part(top, bottom + STRIP, 2.0);
+            [left, t, right, b - STRIP]
+        } else {
+            let [l, r] = part(left, right, GUTTER);
+            [l, top, r, bottom]
+        };
+        let hidden = stage::without(shown, &[]);
+        let mut scene = Scene { hidden: &hidden, ..stage.scene() };
+        let panel = extent::fit(bounds, box_of_step, 4.0);
+        scene.bundles = rays::bundles(&scene, &panel);
+        let name = ["step-1", "step-2", "step-3"][i];
+        sheet.push(stage::panel(&scene, panel, name, |_, _| {})?);
+        sheet.strip(&panel, &format!("{}", i + 1), false)?;
+    }
+    stage::end(&stage, sheet, frame, "Both rules", &sentences)
+}

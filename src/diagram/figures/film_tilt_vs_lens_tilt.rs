@@ -1,0 +1,97 @@
+//! `kind = "film-tilt-vs-lens-tilt"`: one focus plane reached both ways. In: a camera whose lens is turned. Out: two panels to
+//! one scale: that camera, and one whose film is turned instead until the same plane is sharp.
+
+use super::file::Input;
+use super::stage::{self, Stage};
+use crate::camera::{Camera, Standard};
+use crate::diagram::Figure;
+use crate::diagram::extent;
+use crate::diagram::facts;
+use crate::diagram::rays;
+use crate::diagram::sheet::{GUTTER, STRIP};
+use crate::error::{Error, Result};
+use crate::optics::{Adjust, FocusTarget, Optics, solve};
+use crate::quantity::Angle;
+
+const SHOWN: [&str; 10] = [
+    "axis",
+    "bellows",
+    "caption",
+    "focus-plane",
+    "hinge-line",
+    "label",
+    "lens-board",
+    "ray",
+    "ray-bundle",
+    "scheimpflug-line",
+];
+
+/// Draws the figure that a file describes.
+pub(crate) fn draw(input: &Input) -> Result<Figure> {
+    let stage = Stage::read(input, |width| if width < 110.0 { 1.6 * width } else { 0.55 * width }, &SHOWN)?;
+    let lens = &stage.subject.optics;
+    let world = lens.world_from_lens().plane(lens.focus_plane()).normalized();
+    if world.is_at_infinity() {
+        return Err(Error::invalid("the focus plane is at infinity: no film tilt is asked for")
+            .at_key("camera")
+            .remedy("focus nearer: a larger extension_mm"));
+    }
+    let own = *lens.camera();
+    let level = |standard: Standard| Standard { tilt: Angle::ZERO, swing: Angle::ZERO, ..standard };
+    let start = Camera { front: level(own.front), rear: level(own.rear), ..own };
+    let target = FocusTarget::Plane { point: world.m * -world.e, normal: world.m };
+    let film = Optics::new(&solve(&start, &target, Adjust::Rear).map_err(Error::from)?)?;
+
+    let mut bounds = None;
+    for optics in [lens, &film] {
+        let scene = stage.scene_of(optics);
+        let most = 30.0 * optics.focal_length();
+        let mut points = Vec::new();
+        for line in [optics.hinge_line(), optics.scheimpflug_line()] {
+            points.extend(stage::near_point(&scene, line, most));
+        }
+        points.extend(stage::on_axis(&scene, optics.focus_plane(), most));
+        let own = stage::around(&scene, &points)?;
+        let all = bounds.get_or_insert(own);
+        extent::grow(all, [own[0], own[1]]);
+        extent::grow(all, [own[2], own[3]]);
+    }
+    let bounds = bounds.unwrap_or([0.0, 0.0, 1.0, 1.0]);
+    let turned = |optics: &Optics| {
+        let camera = optics.camera();
+        let all = [("front", camera.front), ("rear", camera.rear)];
+        let moved: Vec<String> =
+            all.iter().filter_map(|(name, s)| facts::movements(s).map(|m| format!("{name} {m}"))).collect();
+        format!("{}, extension {:.1} mm", moved.join(", "), camera.extension.as_millimetres())
+    };
+    let sentences = [
+        format!("One plane is sharp in both. Left, the lens is turned: {}.", turned(lens)),
+        format!(
+            "Right, the film: {}. Turning the film changes the shape of the picture, turning the lens does not.",
+            turned(&film)
+        ),
+    ];
+    let (mut sheet, frame) = stage::begin(&stage, &sentences)?;
+    let [left, top, right, bottom] = frame;
+    let upright = stage.page.size[0] < 110.0;
+    for (i, (optics, name)) in [(lens, "lens-tilt"), (&film, "film-tilt")].into_iter().enumerate() {
+        let at = |low: f64, high: f64, gap: f64| {
+            let one = 0.5 * (high - low - gap);
+            let begin = low + i as f64 * (one + gap);
+            [begin, begin + one]
+        };
+        let frame = if upright {
+            let [t, b] = at(top, bottom + STRIP, 2.0);
+            [left, t, right, b - STRIP]
+        } else {
+            let [l, r] = at(left, right, GUTTER);
+            [l, top, r, bottom]
+        };
+        let mut scene = stage.scene_of(optics);
+        let panel = extent::fit(bounds, frame, 4.0);
+        scene.bundles = rays::bundles(&scene, &panel);
+        sheet.push(stage::panel(&scene, panel, name, |_, _| {})?);
+        sheet.strip(&panel, if i == 0 { "lens turned" } else { "film turned" }, false)?;
+    }
+    stage::end(&stage, sheet, frame, "Film tilt and lens tilt", &sentences)
+}

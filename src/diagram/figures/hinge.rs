@@ -1,0 +1,88 @@
+//! `kind = "hinge"`: the plane through the lens parallel to the film, the front focal plane, and the line where both meet the
+//! focus plane. In: a camera. Out: its section with the three planes, J and f.
+
+use super::file::Input;
+use super::stage::{self, Stage};
+use crate::diagram::Figure;
+use crate::diagram::canvas::Canvas;
+use crate::diagram::marks;
+use crate::diagram::parts::Scene;
+use crate::diagram::section::Pierce;
+use crate::diagram::words::{length, short};
+use crate::error::Result;
+
+const SHOWN: [&str; 11] = [
+    "axis",
+    "bellows",
+    "caption",
+    "film-parallel",
+    "focus-plane",
+    "front-focal-plane",
+    "hinge-line",
+    "label",
+    "lens-board",
+    "ray",
+    "ray-bundle",
+];
+
+/// Draws the figure that a file describes.
+pub(crate) fn draw(input: &Input) -> Result<Figure> {
+    let stage = Stage::read(input, |width| 0.68 * width, &SHOWN)?;
+    let scene = stage.scene();
+    let optics = scene.optics;
+    let most = 30.0 * optics.focal_length();
+    let mut points = Vec::new();
+    points.extend(stage::near_point(&scene, optics.hinge_line(), most));
+    points.extend(stage::on_axis(&scene, optics.focus_plane(), most));
+    let ahead = scene.section.project(optics.axis());
+    points.push(ahead.map(|x| 1.2 * optics.focal_length() * x));
+    let bounds = stage::around(&scene, &points)?;
+    let rule = match optics.hinge_distance() {
+        None => {
+            "Lens and film are parallel: the hinge line is at infinity, and focusing moves the focus plane \
+                 along the axis."
+                .to_owned()
+        }
+        Some(j) => format!(
+            "The plane through the lens parallel to the film and the front focal plane meet in the hinge line, {}, \
+             *J* = *f* / sin θ = {}. Focusing turns the focus plane about it.",
+            stage::whereabouts(&scene, optics.hinge_line()),
+            length(j)
+        ),
+    };
+    let sentences = [rule, stage::camera_sentence(&scene)];
+    stage::single(&stage, scene, bounds, "The hinge rule", &sentences, measures)
+}
+
+/// J along the film-parallel plane, f square to the front focal plane, and the angle between the two planes.
+fn measures(scene: &Scene, canvas: &mut Canvas) {
+    let optics = scene.optics;
+    let theme = scene.theme;
+    let lens = canvas.panel.page([0.0, 0.0]);
+    let a = stage::page_way(scene, optics.axis());
+    let holds_axis = scene.section.holds(optics.axis());
+    let focus = stage::page_of(scene, &canvas.panel, optics.axis() * optics.focal_length());
+    if holds_axis {
+        let hinge_side = match scene.section.pierce(optics.hinge_line()) {
+            Pierce::At(p) => canvas.panel.page(p),
+            _ => lens,
+        };
+        // f on the side of the axis where the hinge is not.
+        let left = a[0] * (hinge_side[1] - lens[1]) - a[1] * (hinge_side[0] - lens[0]) >= 0.0;
+        let off = 0.62 * crate::diagram::parts::camera_height(scene) * canvas.panel.scale + 2.5;
+        marks::dimension(canvas, lens, focus, if left { off } else { -off }, "*f*", theme.quiet);
+        marks::right_angle(canvas, focus, a.map(|x| -x), [-a[1], a[0]], theme.quiet);
+    }
+    let Pierce::At(p) = scene.section.pierce(optics.hinge_line()) else { return };
+    let hinge = canvas.panel.page(p);
+    let to_lens = marks::toward(hinge, lens);
+    let to_focus = marks::toward(hinge, focus);
+    let between = libm::acos(optics.axis().dot(-optics.film_normal()).clamp(-1.0, 1.0)).to_degrees();
+    if holds_axis {
+        let radius = 0.4 * marks::far(hinge, lens).min(60.0);
+        let words = format!("θ = {}°", short(between));
+        marks::angle(canvas, hinge, to_lens, to_focus, radius, &words, theme.ink);
+        let away = if a[0] * (hinge[1] - lens[1]) - a[1] * (hinge[0] - lens[0]) >= 0.0 { 3.5 } else { -3.5 };
+        marks::dimension(canvas, lens, hinge, -away, "*J*", theme.hinge.word);
+    }
+}

@@ -1,0 +1,262 @@
+//! What kinds that show a camera in section share. In: page, camera and section of a figure file. Out: the scene of a
+//! panel, boxes around what shall be seen, and panels drawn with marks of the kind's own.
+
+use super::file::{Input, Page, Subject};
+use super::keys;
+use crate::diagram::Figure;
+use crate::diagram::canvas::Canvas;
+use crate::diagram::display_list::{Group, Point};
+use crate::diagram::extent::{self, Bounds, Extent};
+use crate::diagram::facts;
+use crate::diagram::lines;
+use crate::diagram::panel::Panel;
+use crate::diagram::parts::{self, PARTS, Role, Scene};
+use crate::diagram::rays;
+use crate::diagram::section::{Pierce, Section, View};
+use crate::diagram::sheet::{self, LEADING, MARGIN, STRIP, Sheet};
+use crate::diagram::words;
+use crate::error::{Error, Result};
+use crate::geometry::{Line, Plane};
+use crate::optics::Optics;
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::collections::BTreeSet;
+
+/// What a figure file of such a kind says beside page and camera.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(default)]
+pub(crate) struct SectionKeys {
+    /// The plane of the section: `auto` holds the normals of lens and film, `side` is upright along the rail, `top` level.
+    #[schemars(extend("enum" = ["auto", "side", "top"]), example = &"auto")]
+    section: String,
+    /// Parts left out, by name.
+    #[schemars(schema_with = "keys::part_names")]
+    hide: Vec<String>,
+}
+
+impl Default for SectionKeys {
+    fn default() -> Self {
+        Self { section: "auto".into(), hide: Vec::new() }
+    }
+}
+
+/// A figure file of such a kind, read.
+pub(crate) struct Stage {
+    pub(crate) page: Page,
+    pub(crate) subject: Subject,
+    pub(crate) section: Section,
+    /// What the kind and the file leave out.
+    pub(crate) hidden: BTreeSet<String>,
+}
+
+impl Stage {
+    /// Reads page, camera and section. Of the parts that can be left out, the kind shows those in `shown`.
+    ///
+    /// # Errors
+    /// Those of [`Input::page`] and [`Input::camera`].
+    pub(crate) fn read(input: &Input, height: impl Fn(f64) -> f64, shown: &[&str]) -> Result<Self> {
+        let keys: SectionKeys = input.keys()?;
+        let page = input.page(height)?;
+        let hidden = without(shown, &keys.hide);
+        let subject = input.camera(!hidden.contains("subject"))?;
+        let section = input.changes.section.unwrap_or(match keys.section.as_str() {
+            "side" => Section::Side,
+            "top" => Section::Top,
+            _ => Section::Auto,
+        });
+        Ok(Self { page, subject, section, hidden })
+    }
+
+    /// The scene of the file's own camera.
+    pub(crate) fn scene(&self) -> Scene<'_> {
+        self.scene_of(&self.subject.optics)
+    }
+
+    /// The scene of another camera that stands in the same place.
+    pub(crate) fn scene_of<'a>(&'a self, optics: &'a Optics) -> Scene<'a> {
+        Scene::new(
+            optics,
+            &self.page.theme,
+            self.subject.circle,
+            self.section,
+            &self.subject.triangles,
+            &self.hidden,
+        )
+    }
+}
+
+/// The parts that are not in `shown`, and those in `hide`.
+pub(crate) fn without(shown: &[&str], hide: &[String]) -> BTreeSet<String> {
+    let left_out = PARTS.iter().filter(|part| !shown.contains(part)).map(|part| (*part).to_owned());
+    left_out.chain(hide.iter().cloned()).collect()
+}
+
+/// Where the section cuts a line, when it does so within `most` metres of the lens.
+pub(crate) fn near_point(scene: &Scene, line: Line, most: f64) -> Option<[f64; 2]> {
+    match scene.section.pierce(line) {
+        Pierce::At(p) if libm::hypot(p[0], p[1]) <= most => Some(p),
+        _ => None,
+    }
+}
+
+/// Where the axis crosses a plane ahead, section metres, when within `most` metres.
+pub(crate) fn on_axis(scene: &Scene, plane: Plane, most: f64) -> Option<[f64; 2]> {
+    let t = extent::crossing(scene, plane).filter(|&t| t <= most)?;
+    Some(scene.section.project(scene.optics.axis() * t))
+}
+
+/// The box around the camera and some points, section metres.
+///
+/// # Errors
+/// When the camera's numbers are too extreme to be drawn.
+pub(crate) fn around(scene: &Scene, points: &[[f64; 2]]) -> Result<Bounds> {
+    let extent = Extent::of(scene);
+    if !extent.is_finite() {
+        return Err(Error::invalid("the camera's numbers are too extreme to be drawn")
+            .remedy("check extension_mm, film_mm and the rises and shifts"));
+    }
+    let mut bounds = extent.standards;
+    let tall = parts::camera_height(scene);
+    for p in points.iter().copied().chain([[0.0, 0.5 * tall], [0.0, -0.5 * tall]]) {
+        extent::grow(&mut bounds, p);
+    }
+    Ok(bounds)
+}
+
+/// A panel whose parts are drawn by [`parts::draw`] with marks of the kind over them.
+///
+/// # Errors
+/// When a label has a character without a glyph.
+pub(crate) fn panel(
+    scene: &Scene,
+    panel: Panel,
+    name: &'static str,
+    marks: impl FnOnce(&Scene, &mut Canvas),
+) -> Result<Group> {
+    let mut canvas = Canvas::new(panel, scene.theme);
+    parts::draw(scene, &mut canvas, Role::Whole);
+    marks(scene, &mut canvas);
+    parts::close(scene, canvas, name)
+}
+
+/// The page point of a point in lens space.
+pub(crate) fn page_of(scene: &Scene, panel: &Panel, point: DVec3) -> Point {
+    panel.page(scene.section.project(point))
+}
+
+/// A page direction of a vector in lens space, unit.
+pub(crate) fn page_way(scene: &Scene, vector: DVec3) -> Point {
+    let [x, y] = scene.section.project(vector);
+    let length = libm::hypot(x, y).max(1e-12);
+    [x / length, -y / length]
+}
+
+/// A page with one panel, its scale, and sentences under it.
+///
+/// # Errors
+/// When the page is too small, or a glyph is missing.
+pub(crate) fn single(
+    stage: &Stage,
+    mut scene: Scene,
+    bounds: Bounds,
+    title: &str,
+    sentences: &[String],
+    marks: impl FnOnce(&Scene, &mut Canvas),
+) -> Result<Figure> {
+    let (mut sheet, frame) = begin(stage, sentences)?;
+    let fitted = extent::fit(bounds, frame, 5.0);
+    scene.bundles = rays::bundles(&scene, &fitted);
+    sheet.push(panel(&scene, fitted, "main", marks)?);
+    sheet.strip(&fitted, view_name(&scene), false)?;
+    end(stage, sheet, frame, title, sentences)
+}
+
+/// The page with its title, and the room for panels between title and sentences.
+///
+/// # Errors
+/// When the page is too small, or a glyph is missing.
+pub(crate) fn begin<'a>(stage: &'a Stage, sentences: &[String]) -> Result<(Sheet<'a>, [f64; 4])> {
+    let [width, height] = stage.page.size;
+    let mut sheet = Sheet::new(stage.page.size, [60.0, 40.0], &stage.page.theme)?;
+    sheet.background = stage.page.background;
+    let top = sheet.heading(stage.page.title.as_deref())?;
+    let foot = LEADING * wrapped(stage, sentences)?.len() as f64 + 1.0;
+    let frame = [MARGIN, top, width - MARGIN, height - MARGIN - STRIP - foot];
+    if frame[3] - frame[1] < 25.0 {
+        return Err(Error::invalid(format!(
+            "a page of {width} by {height} mm leaves no room for the drawing"
+        ))
+        .at_key("height_mm")
+        .remedy("give a larger page"));
+    }
+    Ok((sheet, frame))
+}
+
+/// The sentences in lines that fit the page.
+fn wrapped(stage: &Stage, sentences: &[String]) -> Result<Vec<String>> {
+    if stage.hidden.contains("caption") {
+        return Ok(Vec::new());
+    }
+    let mut all = Vec::new();
+    for sentence in sentences {
+        all.extend(sheet::broken(sentence, stage.page.size[0] - 2.0 * MARGIN)?);
+    }
+    Ok(all)
+}
+
+/// Writes the sentences under the panels and closes the page.
+///
+/// # Errors
+/// When a glyph is missing.
+pub(crate) fn end(
+    stage: &Stage,
+    mut sheet: Sheet,
+    frame: [f64; 4],
+    title: &str,
+    sentences: &[String],
+) -> Result<Figure> {
+    sheet.block(&wrapped(stage, sentences)?, [MARGIN, frame[3] + STRIP + 1.0])?;
+    let description: Vec<String> = sentences.iter().map(|sentence| sheet::plain(sentence)).collect();
+    sheet.finish(title, description.join(" "))
+}
+
+/// How the section stands, in words.
+pub(crate) fn view_name(scene: &Scene) -> &'static str {
+    match scene.section.view {
+        View::Side => "side view",
+        View::Top => "top view",
+        View::Oblique => "oblique section",
+    }
+}
+
+/// The camera's settings as a sentence.
+pub(crate) fn camera_sentence(scene: &Scene) -> String {
+    let optics = scene.optics;
+    let camera = optics.camera();
+    let mut parts = vec![format!("*f* = {}", words::length(optics.focal_length()))];
+    for (name, standard) in [("front", &camera.front), ("rear", &camera.rear)] {
+        if let Some(movements) = facts::movements(standard) {
+            parts.push(format!("{name} {movements}"));
+        }
+    }
+    parts.push(format!("extension {}", words::length(camera.extension.as_metres())));
+    format!("{}.", parts.join(", "))
+}
+
+/// Where a line lies, in words that can follow "the line is".
+pub(crate) fn whereabouts(scene: &Scene, line: Line) -> String {
+    match scene.section.pierce(line) {
+        Pierce::AtInfinity => "at infinity".to_owned(),
+        Pierce::At(p) => {
+            let way = lines::whither(&scene.section, p);
+            format!("{} {way} the lens", words::length(line.distance_from_origin()))
+                .replace("ahead the", "ahead of the")
+                .replace("to the left the", "to the left of the")
+                .replace("to the right the", "to the right of the")
+        }
+        Pierce::Parallel | Pierce::Within(..) => {
+            format!("{} from the lens", words::length(line.distance_from_origin()))
+        }
+    }
+}
