@@ -33,6 +33,7 @@
 
 mod bodies;
 mod canvas;
+mod contour;
 mod display_list;
 mod extent;
 mod facts;

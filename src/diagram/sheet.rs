@@ -50,20 +50,21 @@ impl<'a> Sheet<'a> {
     /// When a glyph is missing.
     pub(crate) fn heading(&mut self, title: Option<&str>) -> Result<f64> {
         let Some(title) = title else { return Ok(MARGIN) };
-        let runs = lettering::runs(title);
         let room = self.size[0] - 2.0 * MARGIN;
-        let width = lettering::width(&runs)? * theme::TITLE;
-        if width > room {
-            return Err(Error::invalid(format!(
-                "the title is {width:.0} mm long and the page has {room:.0} mm"
-            ))
-            .at_key("title")
-            .remedy("shorten it, or give a larger width_mm"));
+        let mut base = MARGIN + theme::TITLE;
+        for line in broken(title, room * theme::LETTER / theme::TITLE)? {
+            let runs = lettering::runs(&line);
+            if lettering::width(&runs)? * theme::TITLE > room {
+                return Err(Error::invalid("the title is longer than the page is wide")
+                    .at_key("title")
+                    .remedy("shorten it, or give a larger width_mm"));
+            }
+            let item = self.caption("title", runs, [MARGIN, base], theme::TITLE)?;
+            self.items.push(item);
+            base += 1.3 * theme::TITLE;
         }
-        let item = self.caption("title", runs, [MARGIN, MARGIN + theme::TITLE], theme::TITLE)?;
-        self.items.push(item);
         self.title = Some(title.to_owned());
-        Ok(MARGIN + theme::TITLE * 1.7)
+        Ok(base - 0.6 * theme::TITLE)
     }
 
     pub(crate) fn push(&mut self, group: Group) {
@@ -90,17 +91,28 @@ impl<'a> Sheet<'a> {
         let [left, _, right, bottom] = panel.frame;
         let base = bottom + 3.4;
         let scale = words::ratio(1000.0 / panel.scale);
-        let said = if words.is_empty() { scale } else { format!("{words}, {scale}") };
-        let said = lettering::runs(&said);
         let metres = words::round_length((0.3 * panel.width()).min(22.0) / panel.scale);
         let long = metres * panel.scale;
         let label = lettering::runs(&words::length(metres));
-        let width = lettering::width(&label)? * theme::LETTER;
-        let at = right - long - 1.5 - width;
-        let begin = if to_right { at - 6.0 - lettering::width(&said)? * theme::LETTER } else { left };
-        for (runs, x) in [(said, begin), (label, at)] {
+        let at = right - long - 1.5 - lettering::width(&label)? * theme::LETTER;
+        // All of it where there is room, else without the number that the bar says too.
+        let both = if words.is_empty() { scale } else { format!("{words}, {scale}") };
+        let (mut said, mut wide) = (Vec::new(), f64::INFINITY);
+        for text in [&*both, words] {
+            if left + wide + 2.0 > at {
+                said = lettering::runs(text);
+                wide = lettering::width(&said)? * theme::LETTER;
+            }
+        }
+        let begin = if to_right { at - 6.0 - wide } else { left };
+        let has_bar = begin + wide + 2.0 <= at;
+        let captions = [(said, begin), (label, at)];
+        for (runs, x) in captions.into_iter().take(if has_bar { 2 } else { 1 }) {
             let item = self.caption("scale", runs, [x, base], theme::LETTER)?;
             self.items.push(item);
+        }
+        if !has_bar {
+            return Ok(());
         }
         let stroke = theme::solid(self.theme.ink, theme::MEDIUM);
         let y = base - 0.9;

@@ -53,7 +53,7 @@ pub use surfaces::{Attributes, Placement, Surfaces};
 pub use texture::{Level, Texture};
 
 // What figure files share with scene files.
-pub(crate) use file::{CameraTable, FocusTable, MeshTable, RenderTable, SceneTables, SkyTable};
+pub(crate) use file::{CameraTable, FocusTable, MeshTable, PlaneTable, RenderTable, SceneTables, SkyTable};
 pub(crate) use schema::of as schema_of;
 pub(crate) use shape::{check as check_shape, nearest};
 

@@ -8,7 +8,8 @@ use crate::diagram::{Figure, Section, Theme};
 use crate::error::{Error, Place, Result};
 use crate::optics::Optics;
 use crate::scene::{
-    Document, Files, RenderTable, SIZE_LIMIT, SceneFile, SceneTables, SkyTable, Source, check_shape,
+    Document, Files, RenderTable, SIZE_LIMIT, SceneDescription, SceneFile, SceneTables, SkyTable, Source,
+    check_shape,
 };
 use glam::DVec3;
 use serde::de::DeserializeOwned;
@@ -217,17 +218,28 @@ impl Input<'_> {
                             .remedy(format!("remove `{key}`, or give [camera] instead of `scene`")));
                     }
                 }
-                let (bytes, path) = self.read("scene", &written)?;
-                let document = Document::from_bytes(&bytes, &written)?;
-                let file = SceneFile::from_document(document)?;
-                (file.describe()?, path.parent().unwrap_or(Path::new("")).to_path_buf())
+                return self.scene("scene", &written, wanted);
             }
         };
+        self.loaded(&description, &folder, wanted)
+    }
+
+    /// The camera of the scene file that a key names; with its meshes where they are `wanted`.
+    ///
+    /// # Errors
+    /// Those of a scene.
+    pub(crate) fn scene(&self, key: &str, written: &str, wanted: bool) -> Result<Subject> {
+        let (bytes, path) = self.read(key, written)?;
+        let description = SceneFile::from_document(Document::from_bytes(&bytes, written)?)?.describe()?;
+        self.loaded(&description, path.parent().unwrap_or(Path::new("")), wanted)
+    }
+
+    fn loaded(&self, description: &SceneDescription, folder: &Path, wanted: bool) -> Result<Subject> {
         let circle = description.circle_of_confusion.as_metres();
         if !wanted || description.meshes.is_empty() {
             return Ok(Subject { optics: description.optics()?, circle, triangles: Vec::new() });
         }
-        let scene = description.load(self.source, &folder, None)?;
+        let scene = description.load(self.source, folder, None)?;
         let surfaces = &scene.surfaces;
         let triangles = (0..surfaces.triangles.len()).map(|t| surfaces.corners(t)).collect();
         Ok(Subject { optics: scene.optics, circle, triangles })

@@ -32,7 +32,7 @@ const SHOWN: [&str; 8] =
 
 /// Draws the figure that a file describes.
 pub(crate) fn draw(input: &Input) -> Result<Figure> {
-    let stage = Stage::read(input, |width| 0.68 * width, &SHOWN)?;
+    let stage = Stage::read(input, stage::height, &SHOWN)?;
     let keys: Keys = input.keys()?;
     let own = *stage.subject.optics.camera();
     let extensions = if keys.extensions_mm.is_empty() {

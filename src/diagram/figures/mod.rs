@@ -4,14 +4,18 @@
 //! A new kind is a file here with a struct of its keys and a function `draw`, a line in [`KINDS`], and a commented
 //! figure `diagrams/KIND.toml` with its SVG.
 
+mod accumulation;
 mod aperture_samples;
 mod both_rules;
+mod exact_blur;
+mod figure_1;
 pub(crate) mod file;
 mod film_tilt_vs_lens_tilt;
 mod focus_sweep;
 mod hinge;
 pub(crate) mod keys;
 mod movements;
+mod perspective_correction;
 mod plot;
 mod plot_axis;
 mod plot_data;
@@ -19,6 +23,7 @@ mod plot_names;
 mod plot_series;
 mod scheimpflug;
 pub(crate) mod side_view;
+mod solve;
 mod stage;
 mod tilt_sweep;
 mod wedge;
@@ -116,6 +121,36 @@ pub const KINDS: &[Kind] = &[
         "the eight movements of both standards, with the sign each has here",
         movements::draw,
         [keys::CameraKeys, movements::Keys]
+    ),
+    kind!(
+        "figure-1",
+        "the three panels of the 2004 paper: nothing, the lens, the film tilted",
+        figure_1::draw,
+        [figure_1::Keys]
+    ),
+    kind!(
+        "accumulation",
+        "one picture for each lens point, and what they add up to at the film",
+        accumulation::draw,
+        [keys::CameraKeys, stage::SectionKeys, accumulation::Keys]
+    ),
+    kind!(
+        "perspective-correction",
+        "looking up against rising: how upright edges converge, or do not",
+        perspective_correction::draw,
+        [keys::CameraKeys, perspective_correction::Keys]
+    ),
+    kind!(
+        "exact-blur",
+        "contours of the exact blur beside the wedge, and their difference in per cent",
+        exact_blur::draw,
+        [keys::CameraKeys, stage::SectionKeys, exact_blur::Keys]
+    ),
+    kind!(
+        "solve",
+        "a wanted plane and the movements found; and one that cannot be had, with its limit",
+        solve::draw,
+        [keys::CameraKeys, stage::SectionKeys, solve::Keys]
     ),
     kind!("plot", "a chart of numbers from CSV or JSON, with error bars", plot::draw, [plot::Keys]),
 ];

@@ -40,6 +40,9 @@ impl Default for Keys {
     }
 }
 
+/// From this width on (mm) four panels stand beside one another, else two.
+const WIDE: f64 = 145.0;
+
 /// A movement: its name, what positive means, how it is seen.
 const MOVEMENTS: [(&str, &str, Section); 4] = [
     ("rise", "upward", Section::Side),
@@ -50,7 +53,7 @@ const MOVEMENTS: [(&str, &str, Section); 4] = [
 
 /// Draws the figure that a file describes.
 pub(crate) fn draw(input: &Input) -> Result<Figure> {
-    let page = input.page(|width| if width < 120.0 { 1.7 * width } else { 0.62 * width })?;
+    let page = input.page(|width| if width < WIDE { 1.35 * width + 25.0 } else { 0.62 * width })?;
     let keys: Keys = input.keys()?;
     let own = *input.camera(false)?.optics.camera();
     let slide = keys.slide_mm.map_or(Length::metres(own.focal_length.as_metres() / 5.0), Length::millimetres);
@@ -62,10 +65,16 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     sheet.background = page.background;
     let top = sheet.heading(page.title.as_deref())?;
     let [width, height] = page.size;
-    let columns = if width < 120.0 { 2 } else { 4 };
+    let columns = if width < WIDE { 2 } else { 4 };
     let rows = 8 / columns;
     let caption = 2.0 * LEADING + 1.5;
-    let foot = LEADING + 1.0;
+    let footnote = |scale: f64| {
+        let all = ratio(1000.0 / scale);
+        format!("Side views for rise and tilt, top views (left up) for shift and swing; all {all}.")
+    };
+    // The longest that a scale can be.
+    let foot_lines = sheet::broken(&footnote(1000.0 / 125_000.0), width - 2.0 * MARGIN)?.len();
+    let foot = LEADING * foot_lines as f64 + 1.0;
     let wide = (width - 2.0 * MARGIN - GUTTER * (columns - 1) as f64) / columns as f64;
     let high = (height - top - MARGIN - foot) / rows as f64 - caption;
     if high < 15.0 || wide < 22.0 {
@@ -112,10 +121,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             said.push(format!("{standard} {name}: {sense}"));
         }
     }
-    let foot = format!(
-        "Side views for rise and tilt, top views (left up) for shift and swing; all {}.",
-        ratio(1000.0 / scale)
-    );
+    let foot = footnote(scale);
     let lines = sheet::broken(&foot, width - 2.0 * MARGIN)?;
     sheet.block(&lines, [MARGIN, height - MARGIN - LEADING * lines.len() as f64])?;
     let description =

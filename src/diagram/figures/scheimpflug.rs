@@ -25,7 +25,7 @@ const SHOWN: [&str; 9] = [
 
 /// Draws the figure that a file describes.
 pub(crate) fn draw(input: &Input) -> Result<Figure> {
-    let stage = Stage::read(input, |width| 0.68 * width, &SHOWN)?;
+    let stage = Stage::read(input, stage::height, &SHOWN)?;
     let scene = stage.scene();
     let optics = scene.optics;
     let size = 30.0 * optics.focal_length();

@@ -152,6 +152,11 @@ pub(crate) fn page_way(scene: &Scene, vector: DVec3) -> Point {
     [x / length, -y / length]
 }
 
+/// The height that a page of one panel and some sentences takes.
+pub(crate) fn height(width: f64) -> f64 {
+    0.5 * width + 30.0
+}
+
 /// A page with one panel, its scale, and sentences under it.
 ///
 /// # Errors

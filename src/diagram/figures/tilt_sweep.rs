@@ -10,7 +10,7 @@ use crate::diagram::display_list::{Fill, Shape};
 use crate::diagram::parts::Scene;
 use crate::diagram::place::Weight;
 use crate::diagram::planes::{Style, trace};
-use crate::diagram::section::Pierce;
+use crate::diagram::section::{Pierce, Section};
 use crate::diagram::theme::{self, solid};
 use crate::diagram::words::{exact, length, short};
 use crate::error::Result;
@@ -32,7 +32,11 @@ const SHOWN: [&str; 4] = ["bellows", "caption", "film-parallel", "label"];
 
 /// Draws the figure that a file describes.
 pub(crate) fn draw(input: &Input) -> Result<Figure> {
-    let stage = Stage::read(input, |width| 0.68 * width, &SHOWN)?;
+    let mut stage = Stage::read(input, stage::height, &SHOWN)?;
+    if stage.section == Section::Auto {
+        // The one section that stays when only the tilt changes.
+        stage.section = Section::Side;
+    }
     let keys: Keys = input.keys()?;
     let own = *stage.subject.optics.camera();
     let tilts = if keys.tilts_deg.is_empty() { vec![10.0, 15.0, 20.0, 30.0] } else { keys.tilts_deg };

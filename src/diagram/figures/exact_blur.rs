@@ -1,0 +1,156 @@
+//! `kind = "exact-blur"`: where the blur really is so large. In: a camera and multiples of the circle of confusion. Out: in
+//! section, the wedge of depth of field, contours along which the exact blur (the largest diameter of its conic on the
+//! film) is so many circles, and by how many per cent it is more than one circle on the wedge's planes.
+
+use super::file::Input;
+use super::stage::{self, Stage};
+use crate::diagram::Figure;
+use crate::diagram::canvas::{Canvas, Label};
+use crate::diagram::contour;
+use crate::diagram::display_list::{Fill, Geometry, Point, Segment, Shape, Stroke};
+use crate::diagram::parts::Scene;
+use crate::diagram::place::Weight;
+use crate::diagram::theme::{self, solid};
+use crate::diagram::words::{exact, length, short};
+use crate::error::{Error, Result};
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// What a figure file of this kind says besides.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(default)]
+pub(crate) struct Keys {
+    /// Blurs along whose contours lines are drawn, as multiples of the circle of confusion.
+    #[schemars(length(min = 1, max = 6), inner(range(min = 0.01, max = 1000.0)), example = [1.0, 2.0])]
+    circles: Vec<f64>,
+}
+
+impl Default for Keys {
+    fn default() -> Self {
+        Self { circles: vec![1.0, 2.0] }
+    }
+}
+
+const SHOWN: [&str; 9] = [
+    "bellows",
+    "caption",
+    "far-plane",
+    "focus-plane",
+    "hinge-line",
+    "label",
+    "lens-board",
+    "near-plane",
+    "wedge",
+];
+
+/// Draws the figure that a file describes.
+pub(crate) fn draw(input: &Input) -> Result<Figure> {
+    let stage = Stage::read(input, stage::height, &SHOWN)?;
+    let keys: Keys = input.keys()?;
+    let scene = stage.scene();
+    let optics = scene.optics;
+    if optics.aperture_radius() == 0.0 {
+        return Err(Error::invalid("a pinhole has no blur").at_key("camera.pinhole"));
+    }
+    let circle = stage.subject.circle;
+    let most = 120.0 * optics.focal_length();
+    let mut points = Vec::new();
+    points.extend(stage::near_point(&scene, optics.hinge_line(), most));
+    points.extend(stage::on_axis(&scene, optics.focus_plane(), most).map(|p| p.map(|x| 1.5 * x)));
+    let bounds = stage::around(&scene, &points)?;
+    let levels: Vec<String> = keys.circles.iter().map(|k| format!("{} *c*", short(*k))).collect();
+    let sentences = [
+        format!(
+            "Lines: the exact blur is {}, *c* = {}. The wedge's planes take one diameter of the blur for all of it; the \
+             signs say by how much the largest is more than *c* there.",
+            levels.join(", "),
+            length(circle)
+        ),
+        stage::camera_sentence(&scene),
+    ];
+    stage::single(&stage, scene, bounds, "The exact blur and the wedge", &sentences, |scene, canvas| {
+        for &level in &keys.circles {
+            lines(scene, canvas, level, circle);
+        }
+        differences(scene, canvas, circle);
+    })
+}
+
+/// The lens-space point of the section at a page point.
+fn point(scene: &Scene, canvas: &Canvas, p: Point) -> DVec3 {
+    let panel = &canvas.panel;
+    let (x, y) = ((p[0] - panel.origin[0]) / panel.scale, (panel.origin[1] - p[1]) / panel.scale);
+    scene.section.u * x + scene.section.v * y
+}
+
+fn lines(scene: &Scene, canvas: &mut Canvas, level: f64, circle: f64) {
+    let excess = |p: Point| {
+        let blur = scene.optics.blur_of(point(scene, canvas, p))?;
+        Some(blur.largest / (level * circle) - 1.0)
+    };
+    let chains = contour::contours(canvas.panel.frame, excess);
+    if chains.is_empty() {
+        return;
+    }
+    let mut path = Vec::new();
+    let mut anchors = Vec::new();
+    for chain in &chains {
+        for (i, &p) in chain.iter().enumerate() {
+            path.push(if i == 0 { Segment::Move(p) } else { Segment::Line(p) });
+        }
+        for pair in chain.windows(2) {
+            canvas.avoid(pair[0], pair[1], theme::MEDIUM, Weight::Light);
+        }
+        // Where labels may hang: at the right, where the contours are apart.
+        let mut ends: Vec<Point> = chain.iter().copied().step_by(5).collect();
+        ends.sort_by(|p, q| q[0].total_cmp(&p[0]));
+        anchors.extend(ends.into_iter().take(8));
+    }
+    anchors.sort_by(|p, q| q[0].total_cmp(&p[0]));
+    canvas.data = vec![("data-blur", exact(level * circle))];
+    let stroke = Stroke { round: true, ..solid(scene.theme.lens.line, theme::MEDIUM) };
+    let shape = Shape { geometry: Geometry::Path(path), fill: None, stroke: Some(stroke) };
+    canvas.part("blur-contour", vec![shape]);
+    canvas.data.clear();
+    let words = if level == 1.0 { "*c*".to_owned() } else { format!("{} *c*", short(level)) };
+    canvas.label(Label::new(words, scene.theme.lens.word, anchors));
+}
+
+/// On the near and far planes, how much more than a circle the blur is.
+fn differences(scene: &Scene, canvas: &mut Canvas, circle: f64) {
+    let Some(depth) = scene.depth else { return };
+    let front = scene.section.trace(scene.optics.front_focal_plane());
+    for plane in [depth.near, depth.far] {
+        let Some(line) = canvas.panel.line(scene.section.trace(plane.normalized())) else { continue };
+        let reach = 2.0 * canvas.panel.reach();
+        let Some((t0, t1)) = canvas.panel.clip(&line, -reach, reach) else { continue };
+        for share in [0.3, 0.55, 0.8] {
+            // From the end nearer to the lens outward.
+            let (from, to) = if line.point(t0)[0] < line.point(t1)[0] { (t0, t1) } else { (t1, t0) };
+            let p = line.point(from + share * (to - from));
+            if canvas.panel.evaluate(front, p) <= 0.0 {
+                continue;
+            }
+            let Some(blur) = scene.optics.blur_of(point(scene, canvas, p)) else { continue };
+            let percent = 100.0 * (blur.largest / circle - 1.0);
+            let percent = if percent.abs() < 1e-6 { 0.0 } else { percent };
+            let fill = Fill::Flat { color: scene.theme.depth.line, opacity: 1.0 };
+            canvas.data = vec![("data-percent", exact(percent))];
+            canvas.part("difference", vec![Shape::circle(p, 0.6, Some(fill), None)]);
+            canvas.data.clear();
+            canvas.avoid_disk(p, 0.7);
+            let sign = if percent > 0.0 { "+" } else { "" };
+            let label =
+                Label::new(format!("{sign}{} %", short_percent(percent)), scene.theme.depth.word, vec![p]);
+            canvas.label(label.toward([0.0, -1.0]).optional());
+        }
+    }
+}
+
+/// Per cent with one decimal where there is room for meaning, none above ten.
+fn short_percent(percent: f64) -> String {
+    let text =
+        if percent.abs() < 9.95 { format!("{:.1}", percent.abs()) } else { format!("{:.0}", percent.abs()) };
+    if percent < 0.0 { format!("−{text}") } else { text }
+}
