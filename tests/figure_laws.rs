@@ -15,7 +15,7 @@ use groundglass::scene::{Document, Files};
 use std::fs;
 use std::path::Path;
 
-const KINDS: [&str; 10] = [
+const KINDS: [&str; 11] = [
     "scheimpflug",
     "hinge",
     "both-rules",
@@ -24,6 +24,7 @@ const KINDS: [&str; 10] = [
     "film-tilt-vs-lens-tilt",
     "wedge",
     "exact-blur",
+    "limits-compared",
     "accumulation",
     "solve",
 ];
@@ -132,6 +133,10 @@ fn check_panel(panel: &Panel, camera: &Camera, circle: f64, what: &str) {
                 "front-focal-plane" => Some(optics.front_focal_plane()),
                 "near-plane" => depth.map(|d| d.near),
                 "far-plane" => depth.map(|d| d.far),
+                "merklinger-near" => optics.merklinger_limits(circle).map(|d| d.near),
+                "merklinger-far" => optics.merklinger_limits(circle).map(|d| d.far),
+                "untilted-near" => optics.untilted_limits(circle).map(|d| d.near),
+                "untilted-far" => optics.untilted_limits(circle).map(|d| d.far),
                 _ => None,
             };
             if let Some(plane) = plane {

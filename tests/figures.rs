@@ -114,3 +114,27 @@ fn the_program_lists_writes_draws_and_checks_figures() {
     run(&["diagram", "no.toml"]).expect(2, &["no.toml:2:", "there is no file `s.toml`"]);
     assert!(!names(&folder).iter().any(|name| name.ends_with(".part")));
 }
+
+#[test]
+fn the_gallery_shows_the_book() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let (_keep, folder) = folder("");
+    for sub in ["docs", "diagrams"] {
+        fs::create_dir(folder.join(sub)).unwrap();
+    }
+    let mut words = vec!["diagram".to_owned(), "--gallery".to_owned(), "docs/gallery.md".to_owned()];
+    for file in book() {
+        let name = format!("diagrams/{}", file.file_name().unwrap().to_string_lossy());
+        fs::copy(&file, folder.join(&name)).unwrap();
+        words.push(name);
+    }
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    assert_eq!(run(&folder, &words).code, 0);
+    let made = fs::read_to_string(folder.join("docs/gallery.md")).unwrap();
+    let found = fs::read_to_string(root.join("docs/gallery.md")).unwrap_or_default();
+    let remedy = "run `groundglass diagram --gallery docs/gallery.md diagrams/*.toml`";
+    assert!(made == found, "docs/gallery.md is stale: {remedy}");
+    for kind in KINDS {
+        assert!(made.contains(&format!("`{}`: {}", kind.name, kind.line)), "{}", kind.name);
+    }
+}

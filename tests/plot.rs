@@ -52,7 +52,7 @@ fn numbers(text: &str) -> Vec<f64> {
 fn axis(text: &str) -> impl Fn(f64) -> f64 {
     let (scale, rest) = text.split_once(' ').unwrap();
     let (ab, is_log) = (numbers(rest), scale == "log");
-    move |value| ab[0] + ab[1] * if is_log { value.log10() } else { value }
+    move |value| ab[0] + ab[1] * if is_log { libm::log10(value) } else { value }
 }
 
 /// Checks that every marker and every corner of every line of a chart stands on its value; gives the series' sizes.
@@ -66,7 +66,7 @@ fn check(svg: &str) -> Vec<usize> {
         let values = numbers(series.attribute("data-x").unwrap());
         let values: Vec<_> = values.into_iter().zip(numbers(series.attribute("data-y").unwrap())).collect();
         let pages: Vec<[f64; 2]> = values.iter().map(|&(u, v)| [x(u), y(v)]).collect();
-        let close = |p: [f64; 2], q: [f64; 2]| (p[0] - q[0]).hypot(p[1] - q[1]) < 0.002;
+        let close = |p: [f64; 2], q: [f64; 2]| libm::hypot(p[0] - q[0], p[1] - q[1]) < 0.002;
         if let Some(line) = series.children().find(part("line")) {
             let d = line.first_element_child().unwrap().attribute("d").unwrap().replace(['M', 'L'], " ");
             let corners: Vec<[f64; 2]> = numbers(&d).chunks(2).map(|c| [c[0], c[1]]).collect();
@@ -181,7 +181,7 @@ fn names_touch_nothing_at_any_size_and_number() {
                                 let v = match shape {
                                     0 => i * 0.01 + k,
                                     1 => (i + 1.0) / (k + 1.0),
-                                    2 => (i * 1.7 + k * 2.3).sin(),
+                                    2 => libm::sin(i * 1.7 + k * 2.3),
                                     _ => k * k * (i - 3.0),
                                 };
                                 format!("{v:.5}")

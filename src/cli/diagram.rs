@@ -2,7 +2,7 @@
 //! the list of kinds, a first figure file of a kind, and whether drawn figures are up to date.
 
 use super::input::{self, Opened, RootArguments};
-use super::{optics_words, output, report};
+use super::{new, optics_words, output, report};
 use clap::ValueEnum;
 use groundglass::diagram::{self, Changes, Figure, FigureFile, KINDS, Kind, TextAs, Theme};
 use groundglass::error::{Error, ErrorKind, Result};
@@ -41,6 +41,9 @@ pub(super) struct Arguments {
     /// Say which SVGs beside the figure files are not what would be drawn now (exit code 1); draw nothing
     #[arg(long, conflicts_with_all = ["output", "list", "new"])]
     pub(super) check: bool,
+    /// Write a page that shows the figures with their sources, for the files given: FILE.md
+    #[arg(long, value_name = "FILE.md", conflicts_with_all = ["output", "list", "new", "check"])]
+    pub(super) gallery: Option<PathBuf>,
     /// List the kinds of figures
     #[arg(long, conflicts_with_all = ["files", "output", "new"])]
     pub(super) list: bool,
@@ -127,13 +130,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<bool> {
         return list().map(|()| true);
     }
     if let Some(kind) = &arguments.new {
-        return new(kind, &arguments.output).map(|()| true);
+        return starter(kind, &arguments.output).map(|()| true);
     }
     for path in &arguments.output {
         format(path)?;
     }
     if arguments.check {
         return check(arguments);
+    }
+    if let Some(page) = &arguments.gallery {
+        return gallery(page, arguments).map(|()| true);
     }
     if arguments.files.len() > 1 && !arguments.output.is_empty() {
         return Err(Error::new(ErrorKind::Usage, "-o names the drawing of one file, and several are given")
@@ -151,7 +157,7 @@ fn list() -> Result<()> {
     report::print(&lines.concat())
 }
 
-fn new(kind: &str, outputs: &[PathBuf]) -> Result<()> {
+fn starter(kind: &str, outputs: &[PathBuf]) -> Result<()> {
     let kind = Kind::named(kind).map_err(|error| {
         Error::new(ErrorKind::Usage, error.message()).remedy(error.remedy_text().unwrap_or_default())
     })?;
@@ -166,6 +172,38 @@ fn new(kind: &str, outputs: &[PathBuf]) -> Result<()> {
             .remedy("give another name with -o"));
     }
     output::write_text(&target, &[], kind.starter)
+}
+
+/// Writes a page in Markdown: of each kind, in the book's order, its figures and their sources.
+fn gallery(page: &Path, arguments: &Arguments) -> Result<()> {
+    let folder = new::folder_of(page)?;
+    let mut entries = Vec::new();
+    let mut read = Vec::new();
+    for file in &arguments.files {
+        let opened = input::open(file, arguments.root.root.as_deref())?;
+        let figure = FigureFile::from_document(opened.document.clone())?;
+        let order = KINDS.iter().position(|kind| kind.name == figure.kind().name).unwrap_or(0);
+        let path = new::relative(&folder, &opened.path)?;
+        entries.push((order, path, figure.kind(), opened.document.text().to_owned()));
+        read.extend(opened.source.paths());
+    }
+    entries.sort_by(|a, b| (a.0, &a.1).cmp(&(b.0, &b.1)));
+    let mut text = String::from(
+        "# The book of figures\n\n\
+         Made by `groundglass diagram --gallery docs/gallery.md diagrams/*.toml`: each figure with its whole source. A new one \
+         begins with\n`groundglass diagram --new KIND`; `groundglass schema --figures` lists every key.\n",
+    );
+    for (_, path, kind, source) in entries {
+        let stem = path.strip_suffix(".toml").unwrap_or(&path);
+        let name = stem.rsplit('/').next().unwrap_or(stem);
+        text.push_str(&format!(
+            "\n## {name}\n\n`{}`: {}.\n\n![{name}]({stem}.svg)\n\n```toml\n{}```\n",
+            kind.name,
+            kind.line,
+            source.replace("\r\n", "\n")
+        ));
+    }
+    output::write_text(page, &read, &text)
 }
 
 fn changes(arguments: &Arguments) -> Changes {

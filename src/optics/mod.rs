@@ -17,6 +17,7 @@
 mod blur;
 mod projection;
 mod solve;
+mod textbook;
 
 pub use blur::Blur;
 pub use projection::{Projection, Ray};

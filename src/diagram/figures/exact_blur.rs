@@ -71,7 +71,8 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     ];
     stage::single(&stage, scene, bounds, "The exact blur and the wedge", &sentences, |scene, canvas| {
         for &level in &keys.circles {
-            lines(scene, canvas, level, circle);
+            let words = if level == 1.0 { "*c*".to_owned() } else { format!("{} *c*", short(level)) };
+            lines(scene, canvas, level, circle, &words);
         }
         differences(scene, canvas, circle);
     })
@@ -84,7 +85,8 @@ fn point(scene: &Scene, canvas: &Canvas, p: Point) -> DVec3 {
     scene.section.u * x + scene.section.v * y
 }
 
-fn lines(scene: &Scene, canvas: &mut Canvas, level: f64, circle: f64) {
+/// Contours along which the exact blur is so many circles of confusion.
+pub(crate) fn lines(scene: &Scene, canvas: &mut Canvas, level: f64, circle: f64, words: &str) {
     let excess = |p: Point| {
         let blur = scene.optics.blur_of(point(scene, canvas, p))?;
         Some(blur.largest / (level * circle) - 1.0)
@@ -113,7 +115,6 @@ fn lines(scene: &Scene, canvas: &mut Canvas, level: f64, circle: f64) {
     let shape = Shape { geometry: Geometry::Path(path), fill: None, stroke: Some(stroke) };
     canvas.part("blur-contour", vec![shape]);
     canvas.data.clear();
-    let words = if level == 1.0 { "*c*".to_owned() } else { format!("{} *c*", short(level)) };
     canvas.label(Label::new(words, scene.theme.lens.word, anchors));
 }
 

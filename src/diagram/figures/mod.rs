@@ -14,6 +14,7 @@ mod film_tilt_vs_lens_tilt;
 mod focus_sweep;
 mod hinge;
 pub(crate) mod keys;
+mod limits_compared;
 mod movements;
 mod perspective_correction;
 mod plot;
@@ -145,6 +146,12 @@ pub const KINDS: &[Kind] = &[
         "contours of the exact blur beside the wedge, and their difference in per cent",
         exact_blur::draw,
         [keys::CameraKeys, stage::SectionKeys, exact_blur::Keys]
+    ),
+    kind!(
+        "limits-compared",
+        "wedge, exact contour, Merklinger's and the untilted formula on one page",
+        limits_compared::draw,
+        [keys::CameraKeys, stage::SectionKeys]
     ),
     kind!(
         "solve",

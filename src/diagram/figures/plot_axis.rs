@@ -168,7 +168,7 @@ fn round(value: f64, up: bool) -> f64 {
     if up {
         all.find(|&x| x >= value * (1.0 - 1e-9)).unwrap_or(value)
     } else {
-        all.filter(|&x| x <= value * (1.0 + 1e-9)).last().unwrap_or(value)
+        all.rfind(|&x| x <= value * (1.0 + 1e-9)).unwrap_or(value)
     }
 }
 
