@@ -116,6 +116,23 @@ fn the_program_lists_writes_draws_and_checks_figures() {
 }
 
 #[test]
+fn what_falls_off_the_page_is_said() {
+    let (_keep, folder) = folder("");
+    let plot = "kind = \"plot\"\n[x]\nmax = 2\n[[series]]\nname = \"a\"\nx = [1, 2, 3]\ny = [1, 2, 3]\n";
+    fs::write(folder.join("cut.toml"), plot).unwrap();
+    run(&folder, &["diagram", "cut.toml"])
+        .expect(0, &["warning: cut.toml: some of the points lie off the page"]);
+    let far = "kind = \"hinge\"\n[camera]\neye_m = [0, 0, 0]\nlook_at_m = [0, 0, -1]\nfocal_length_mm = 150\n\
+               f_number = 8\nfilm = \"4x5\"\nextension_mm = 160\n[camera.front]\ntilt_deg = 0.01\n";
+    fs::write(folder.join("far.toml"), far).unwrap();
+    run(&folder, &["diagram", "far.toml"]).expect(0, &["far.toml: the hinge line lies off the page"]);
+    // Nothing of the kind is said of the book.
+    for file in book() {
+        assert_eq!(FigureFile::draw_path(&file).unwrap().warnings(), [], "{}", file.display());
+    }
+}
+
+#[test]
 fn the_gallery_shows_the_book() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let (_keep, folder) = folder("");

@@ -252,6 +252,7 @@ type Drawn = (Figure, Vec<PathBuf>);
 fn figure_of(opened: &Opened, changes: Changes) -> Result<Drawn> {
     let file = FigureFile::from_document(opened.document.clone())?;
     let figure = file.draw(&opened.source, opened.folder(), changes)?;
+    report::warnings(figure.warnings());
     Ok((figure, opened.source.paths()))
 }
 

@@ -66,7 +66,7 @@ pub use parts::PARTS;
 pub use section::Section;
 pub use theme::{Adapts, Hue, THEMES, Theme};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Warning};
 use crate::optics::Optics;
 
 /// A finished drawing: a display list and the ways to paint it.
@@ -76,6 +76,7 @@ use crate::optics::Optics;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
     list: DisplayList,
+    warnings: Vec<Warning>,
 }
 
 impl Figure {
@@ -86,11 +87,17 @@ impl Figure {
 
     fn new(list: DisplayList) -> Result<Self> {
         if list.items.iter().all(finite) {
-            Ok(Self { list })
+            Ok(Self { list, warnings: Vec::new() })
         } else {
             Err(Error::invalid("the camera's numbers are too extreme to be drawn")
                 .remedy("check the lengths and angles of the camera"))
         }
+    }
+
+    /// What a figure file asks for and the figure does not show, or shows of a camera that no scene could be rendered
+    /// with.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
     }
 
     /// What is drawn.
@@ -145,6 +152,29 @@ impl Figure {
     pub fn to_pixels(&self, pixels_per_mm: f64) -> Result<(u32, u32, Vec<u8>)> {
         paint::pixels::paint(&self.list, pixels_per_mm)
     }
+}
+
+/// The parts that lie wholly beyond every panel in which they would stand.
+fn beyond(items: &[Item]) -> Vec<&'static str> {
+    fn walk(items: &[Item], off: &mut Vec<&'static str>, on: &mut Vec<&'static str>) {
+        for item in items {
+            let Item::Group(group) = item else { continue };
+            if let Some(part) = group.part {
+                match group.off_page {
+                    Some("beyond") => off.push(part),
+                    Some(_) => {}
+                    None => on.push(part),
+                }
+            }
+            walk(&group.items, off, on);
+        }
+    }
+    let (mut off, mut on) = (Vec::new(), Vec::new());
+    walk(items, &mut off, &mut on);
+    off.retain(|part| !on.contains(part));
+    off.sort_unstable();
+    off.dedup();
+    off
 }
 
 fn finite(item: &Item) -> bool {

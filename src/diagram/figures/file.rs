@@ -5,7 +5,7 @@ use super::Kind;
 use super::keys::{CameraKeys, PAGE_WIDTHS, PageKeys};
 use super::side_view::Inset;
 use crate::diagram::{Figure, Section, Theme};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place, Result, Warning};
 use crate::optics::Optics;
 use crate::scene::{
     Document, Files, RenderTable, SIZE_LIMIT, SceneDescription, SceneFile, SceneTables, SkyTable, Source,
@@ -13,6 +13,7 @@ use crate::scene::{
 };
 use glam::DVec3;
 use serde::de::DeserializeOwned;
+use std::cell::RefCell;
 use std::path::Path;
 
 /// What replaces values of a figure file.
@@ -95,8 +96,17 @@ impl FigureFile {
     /// [`Invalid`](crate::error::ErrorKind::Invalid) and [`NoSolution`](crate::error::ErrorKind::NoSolution) with
     /// file, line and key when values exclude each other, a named file is missing or wrong, or the camera cannot exist.
     pub fn draw(&self, source: &dyn Source, folder: &Path, changes: Changes) -> Result<Figure> {
-        let input = Input { document: &self.document, source, folder, changes };
-        (self.kind.draw)(&input).map_err(|error| input.placed(error))
+        let input =
+            Input { document: &self.document, source, folder, changes, warnings: RefCell::new(Vec::new()) };
+        let mut figure = (self.kind.draw)(&input).map_err(|error| input.placed(error))?;
+        for part in crate::diagram::beyond(&figure.list.items) {
+            input.warn(match part {
+                "some-points" => "some of the points lie off the page".to_owned(),
+                part => format!("the {} lies off the page", part.replace('-', " ")),
+            });
+        }
+        figure.warnings = input.warnings.into_inner();
+        Ok(figure)
     }
 
     /// Reads and draws the figure file at `path`.
@@ -119,6 +129,7 @@ pub(crate) struct Input<'a> {
     pub(crate) source: &'a dyn Source,
     pub(crate) folder: &'a Path,
     pub(crate) changes: Changes,
+    warnings: RefCell<Vec<Warning>>,
 }
 
 /// The page of a figure, settled.
@@ -139,6 +150,11 @@ pub(crate) struct Subject {
 }
 
 impl Input<'_> {
+    fn warn(&self, message: String) {
+        let warning = Warning { file: self.document.name().to_owned(), line: None, message };
+        self.warnings.borrow_mut().push(warning);
+    }
+
     /// The keys of a struct; those that it does not know belong to another.
     ///
     /// # Errors
@@ -236,10 +252,15 @@ impl Input<'_> {
 
     fn loaded(&self, description: &SceneDescription, folder: &Path, wanted: bool) -> Result<Subject> {
         let circle = description.circle_of_confusion.as_metres();
+        let optics = description.optics()?;
+        if optics.film_reaches_aperture() {
+            self.warn("the film plane reaches the aperture: such a scene cannot be rendered".to_owned());
+        }
         if !wanted || description.meshes.is_empty() {
-            return Ok(Subject { optics: description.optics()?, circle, triangles: Vec::new() });
+            return Ok(Subject { optics, circle, triangles: Vec::new() });
         }
         let scene = description.load(self.source, folder, None)?;
+        self.warnings.borrow_mut().extend(scene.warnings.iter().cloned());
         let surfaces = &scene.surfaces;
         let triangles = (0..surfaces.triangles.len()).map(|t| surfaces.corners(t)).collect();
         Ok(Subject { optics: scene.optics, circle, triangles })

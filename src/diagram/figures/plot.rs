@@ -526,6 +526,9 @@ fn series_group(chart: &Chart, series: &Series, look: Look, theme: &Theme) -> Gr
         let marks = shown.iter().map(|p| Item::Shape(marker(at(p), look, theme))).collect();
         items.push(Item::Group(Group::of("marker", marks)));
     }
+    if shown.len() < series.points.len() {
+        items.push(Item::Group(Group::off_page("some-points", "beyond")));
+    }
     let list = |value: &dyn Fn(&plot_series::DataPoint) -> f64| {
         shown.iter().map(|p| exact(value(p))).collect::<Vec<_>>().join(" ")
     };
