@@ -22,6 +22,17 @@
 //! | `frame` | a panel's border |
 //! | `scale`, `scale-bar` | a panel's scale in words and drawn |
 //! | `title`, `caption`, `paper` | words about the figure, its ground |
+//! | `angle`, `right-angle` | an angle's arc, the mark of a right one |
+//! | `blur-contour` | where the exact blur has the size `data-blur`, metres; `difference` marks a point, with `data-percent` |
+//! | `merklinger-near`, `-far`, `untilted-near`, `-far` | limits as textbooks have them |
+//! | `limit-ray`, `limit-image`, `circle-of-confusion`, `chief-ray` | the limits' cones of light at the film, enlarged |
+//! | `lens-sample`, `lens-axes` | points of the aperture, its axes |
+//! | `seen-ray`, `far-wall`, `point`, `film-rows`, `film-images`, `sum` | how pictures through lens points add up |
+//! | `sight`, `camera-place`, `film-picture`, `front-edges`, `front-lines`, `film-frame` | a front before the camera, and on its film |
+//! | `wanted-plane`, `nearest-plane`, `limit-circle`, `impossible-hinge` | what a solver was asked for, and its limit |
+//! | `before`, `movement` | where a standard stood, and the way it went |
+//!
+//! Where a figure has several cameras a part says whose it is: `data-extension-mm`, `data-tilt-deg`, `data-f-number`.
 //!
 //! Charts (`kind = "plot"`) have no panel. Their group `chart` says with `data-x` and `data-y` how its axes run (`log a b`:
 //! page = a + b log10(value); `linear a b`: page = a + b value) and holds `grid`, `tick`, `tick-label`, `axis-title`,

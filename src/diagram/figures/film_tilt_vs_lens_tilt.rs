@@ -26,9 +26,12 @@ const SHOWN: [&str; 10] = [
     "scheimpflug-line",
 ];
 
+/// Below this width (mm) the panels stand one under the other.
+const NARROW: f64 = 110.0;
+
 /// Draws the figure that a file describes.
 pub(crate) fn draw(input: &Input) -> Result<Figure> {
-    let stage = Stage::read(input, |width| if width < 110.0 { 1.6 * width } else { 0.55 * width }, &SHOWN)?;
+    let stage = Stage::read(input, |width| if width < NARROW { 1.6 * width } else { 0.55 * width }, &SHOWN)?;
     let lens = &stage.subject.optics;
     let world = lens.world_from_lens().plane(lens.focus_plane()).normalized();
     if world.is_at_infinity() {
@@ -64,16 +67,17 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             all.iter().filter_map(|(name, s)| facts::movements(s).map(|m| format!("{name} {m}"))).collect();
         format!("{}, extension {:.1} mm", moved.join(", "), camera.extension.as_millimetres())
     };
+    let upright = stage.page.size[0] < NARROW;
+    let [first, second] = if upright { ["Above", "Below"] } else { ["Left", "Right"] };
     let sentences = [
-        format!("One plane is sharp in both. Left, the lens is turned: {}.", turned(lens)),
+        format!("One plane is sharp in both. {first}, the lens is turned: {}.", turned(lens)),
         format!(
-            "Right, the film: {}. Turning the film changes the shape of the picture, turning the lens does not.",
+            "{second}, the film: {}. Turning the film changes the shape of the picture, turning the lens does not.",
             turned(&film)
         ),
     ];
     let (mut sheet, frame) = stage::begin(&stage, &sentences)?;
     let [left, top, right, bottom] = frame;
-    let upright = stage.page.size[0] < 110.0;
     for (i, (optics, name)) in [(lens, "lens-tilt"), (&film, "film-tilt")].into_iter().enumerate() {
         let at = |low: f64, high: f64, gap: f64| {
             let one = 0.5 * (high - low - gap);

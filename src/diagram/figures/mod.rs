@@ -155,7 +155,7 @@ pub const KINDS: &[Kind] = &[
     ),
     kind!(
         "solve",
-        "a wanted plane and the movements found; and one that cannot be had, with its limit",
+        "a wanted plane and the movements found; one that cannot be had, and why",
         solve::draw,
         [keys::CameraKeys, stage::SectionKeys, solve::Keys]
     ),

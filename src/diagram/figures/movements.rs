@@ -70,7 +70,9 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let caption = 2.0 * LEADING + 1.5;
     let footnote = |scale: f64| {
         let all = ratio(1000.0 / scale);
-        format!("Side views for rise and tilt, top views (left up) for shift and swing; all {all}.")
+        format!(
+            "Side views for rise and tilt, top views (the camera's left is up) for shift and swing; all {all}."
+        )
     };
     // The longest that a scale can be.
     let foot_lines = sheet::broken(&footnote(1000.0 / 125_000.0), width - 2.0 * MARGIN)?.len();

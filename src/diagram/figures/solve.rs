@@ -48,10 +48,13 @@ const SHOWN: [&str; 11] = [
     "subject",
 ];
 
+/// Below this width (mm) the panels stand one under the other.
+const NARROW: f64 = 110.0;
+
 /// Draws the figure that a file describes.
 pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let stage =
-        Stage::read(input, |width| if width < 110.0 { 1.6 * width } else { 0.5 * width + 20.0 }, &SHOWN)?;
+        Stage::read(input, |width| if width < NARROW { 1.6 * width } else { 0.5 * width + 20.0 }, &SHOWN)?;
     let keys: Keys = input.keys()?;
     let solved = &stage.subject.optics;
     let camera = solved.camera();
@@ -59,8 +62,10 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let moved: Vec<String> =
         all.iter().filter_map(|(name, s)| facts::movements(s).map(|m| format!("{name} {m}"))).collect();
     let found = if moved.is_empty() { "no movement".to_owned() } else { moved.join(", ") };
+    let upright = stage.page.size[0] < NARROW;
+    let [first, second] = if upright { ["Above", "Below"] } else { ["Left", "Right"] };
     let mut sentences = vec![format!(
-        "Left, the wanted plane is sharp with {found}, extension {}.",
+        "{first}, the wanted plane is sharp with {found}, extension {}.",
         length(camera.extension.as_metres())
     )];
     let failing = match &keys.impossible {
@@ -70,17 +75,17 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     if let Some((_, stopped, nearest)) = &failing {
         let sentence = match nearest {
             Some((_, miss)) => format!(
-                "Right, a plane that cannot be had: {}. The nearest parallel plane that can lies {} beside it.",
+                "{second}, a plane that cannot be had: {}. The nearest parallel plane that can lies {} beside it.",
                 stopped.message,
                 length(*miss)
             ),
-            None => format!("Right, a plane that cannot be had: {}.", stopped.message),
+            None => format!("{second}, a plane that cannot be had: {}.", stopped.message),
         };
         sentences.push(sentence);
     }
     let (mut sheet, frame) = stage::begin(&stage, &sentences)?;
     let [left, top, right, bottom] = frame;
-    let frames = match (&failing, stage.page.size[0] < 110.0) {
+    let frames = match (&failing, upright) {
         (None, _) => [frame, frame],
         (Some(_), true) => {
             let split = top + 0.5 * (bottom + STRIP - top);
