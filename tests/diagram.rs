@@ -224,7 +224,7 @@ fn says(figure: &Figure, words: &str) -> bool {
         items.iter().any(|item| match item {
             Item::Group(g) => any(&g.items, words),
             Item::Text(t) => t.plain().starts_with(words),
-            Item::Shape(_) => false,
+            Item::Shape(_) | Item::Raster(_) => false,
         })
     }
     any(&figure.display_list().items, words)

@@ -162,7 +162,7 @@ fn check_words(figure: &Figure, what: &str) {
             match item {
                 Item::Group(group) => words(&group.items, found),
                 Item::Text(text) => found.push((text.plain(), text.bounds)),
-                Item::Shape(_) => {}
+                Item::Shape(_) | Item::Raster(_) => {}
             }
         }
     }

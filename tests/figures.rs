@@ -122,10 +122,13 @@ fn what_falls_off_the_page_is_said() {
     fs::write(folder.join("cut.toml"), plot).unwrap();
     run(&folder, &["diagram", "cut.toml"])
         .expect(0, &["warning: cut.toml: some of the points lie off the page"]);
+    // A line that is far off is told in the figure, by an arrow and in words.
     let far = "kind = \"hinge\"\n[camera]\neye_m = [0, 0, 0]\nlook_at_m = [0, 0, -1]\nfocal_length_mm = 150\n\
                f_number = 8\nfilm = \"4x5\"\nextension_mm = 160\n[camera.front]\ntilt_deg = 0.01\n";
     fs::write(folder.join("far.toml"), far).unwrap();
-    run(&folder, &["diagram", "far.toml"]).expect(0, &["far.toml: the hinge line lies off the page"]);
+    assert_eq!(run(&folder, &["diagram", "far.toml", "--text", "text"]).err, "");
+    let svg = fs::read_to_string(folder.join("far.svg")).unwrap();
+    assert!(svg.contains("data-part=\"arrow\"") && svg.contains("859 m below"), "{svg}");
     // Nothing of the kind is said of the book.
     for file in book() {
         assert_eq!(FigureFile::draw_path(&file).unwrap().warnings(), [], "{}", file.display());

@@ -115,7 +115,7 @@ fn boxes(items: &[Item], found: &mut Vec<(String, [f64; 4])>) {
         match item {
             Item::Group(group) => boxes(&group.items, found),
             Item::Text(text) => found.push((text.plain(), text.bounds)),
-            Item::Shape(_) => {}
+            Item::Shape(_) | Item::Raster(_) => {}
         }
     }
 }

@@ -252,6 +252,19 @@ impl Group {
     }
 }
 
+/// A picture set in a figure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Raster {
+    /// Left, top, right, bottom.
+    pub bounds: [f64; 4],
+    /// Pixels across and down.
+    pub size: [u32; 2],
+    /// Red, green, blue, row by row from the top.
+    pub pixels: std::sync::Arc<[u8]>,
+    /// The same as a PNG file.
+    pub png: std::sync::Arc<[u8]>,
+}
+
 /// One thing to paint.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Item {
@@ -261,6 +274,8 @@ pub enum Item {
     Shape(Shape),
     /// Text.
     Text(Text),
+    /// A picture.
+    Raster(Raster),
 }
 
 /// How an SVG may change its colours when it is shown; the other painters keep them.

@@ -65,8 +65,8 @@ mod theme;
 mod words;
 
 pub use display_list::{
-    Color, DisplayList, Face, Fill, Geometry, Group, Item, PanelFrame, Point, Recoloring, Run, Script,
-    Segment, Shape, Stroke, Text,
+    Color, DisplayList, Face, Fill, Geometry, Group, Item, PanelFrame, Point, Raster, Recoloring, Run,
+    Script, Segment, Shape, Stroke, Text,
 };
 pub use figures::file::{Changes, FigureFile};
 pub use figures::keys::PAGE_WIDTHS;
@@ -182,7 +182,9 @@ fn beyond(items: &[Item]) -> Vec<&'static str> {
     }
     let (mut off, mut on) = (Vec::new(), Vec::new());
     walk(items, &mut off, &mut on);
-    off.retain(|part| !on.contains(part));
+    // An arrow at the border says where a line is.
+    let told = |part: &str| on.contains(&"arrow") && matches!(part, "hinge-line" | "scheimpflug-line");
+    off.retain(|part| !on.contains(part) && !told(part));
     off.sort_unstable();
     off.dedup();
     off
@@ -193,6 +195,7 @@ fn finite(item: &Item) -> bool {
     match item {
         Item::Group(group) => group.items.iter().all(finite),
         Item::Text(text) => point(&text.at),
+        Item::Raster(raster) => raster.bounds.iter().all(|x| x.abs() < 1e6),
         Item::Shape(shape) => match &shape.geometry {
             Geometry::Line(a, b) => point(a) && point(b),
             Geometry::Circle { center, radius } => point(center) && radius.is_finite(),

@@ -241,7 +241,7 @@ pub fn check_labels(figure: &Figure, what: &str) {
                             heavy.extend(ends.iter().map(|&(a, b)| (a, b, 0.5 * width)));
                         }
                     }
-                    Item::Group(_) => {}
+                    Item::Group(_) | Item::Raster(_) => {}
                 }
             }
             if name == "label" {

@@ -27,6 +27,7 @@ pub(crate) mod side_view;
 mod solve;
 mod stage;
 mod tilt_sweep;
+mod view_pair;
 mod wedge;
 
 use super::Figure;
@@ -158,6 +159,12 @@ pub const KINDS: &[Kind] = &[
         "a wanted plane and the movements found; one that cannot be had, and why",
         solve::draw,
         [keys::CameraKeys, stage::SectionKeys, solve::Keys]
+    ),
+    kind!(
+        "view-pair",
+        "a rendered picture with its diagram beside it, the sharp line marked in both",
+        view_pair::draw,
+        [keys::CameraKeys, stage::SectionKeys, view_pair::Keys]
     ),
     kind!("plot", "a chart of numbers from CSV or JSON, with error bars", plot::draw, [plot::Keys]),
 ];

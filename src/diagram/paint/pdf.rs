@@ -5,7 +5,7 @@
 
 use super::pdf_font;
 use crate::diagram::display_list::{
-    Color, DisplayList, Face, Fill, Geometry, Item, Point, Segment, Shape, Stroke, Text,
+    Color, DisplayList, Face, Fill, Geometry, Item, Point, Raster, Segment, Shape, Stroke, Text,
 };
 use crate::diagram::lettering;
 use crate::diagram::paint::svg::TextAs;
@@ -28,6 +28,7 @@ pub(crate) fn paint(list: &DisplayList, text_as: TextAs) -> Result<Vec<u8>> {
         fades: Vec::new(),
         used: BTreeMap::new(),
         stroke: None,
+        rasters: Vec::new(),
     };
     let [width, height] = list.page;
     let page_from_mm =
@@ -54,6 +55,7 @@ struct Painter {
     used: BTreeMap<Face, BTreeSet<char>>,
     /// The stroke that is set, so that it is not set again.
     stroke: Option<Stroke>,
+    rasters: Vec<Raster>,
 }
 
 fn thousandths(opacity: f64) -> u16 {
@@ -76,6 +78,7 @@ impl Painter {
                 Item::Group(group) => self.items(&group.items)?,
                 Item::Shape(shape) => self.shape(shape),
                 Item::Text(text) => self.text(text)?,
+                Item::Raster(raster) => self.raster(raster),
             }
         }
         Ok(())
@@ -213,6 +216,16 @@ impl Painter {
         }
     }
 
+    fn raster(&mut self, raster: &Raster) {
+        let [left, top, right, bottom] = raster.bounds;
+        let name = format!("P{}", self.rasters.len());
+        self.rasters.push(raster.clone());
+        // The unit square with y up, in the page's millimetres with y down.
+        self.content.save_state();
+        self.content.transform([mm(right - left), 0.0, 0.0, mm(top - bottom), mm(left), mm(bottom)]);
+        self.content.x_object(Name(name.as_bytes())).restore_state();
+    }
+
     fn text(&mut self, text: &Text) -> Result<()> {
         self.fill_color(text.color);
         let glyphs = lettering::place(text)?;
@@ -257,6 +270,7 @@ fn write(list: &DisplayList, painter: Painter) -> Result<Vec<u8>> {
     let opacities: Vec<(Ref, (u16, u16))> = painter.opacities.iter().map(|&o| (fresh(), o)).collect();
     let fades: Vec<([Ref; 3], Fill)> =
         painter.fades.iter().map(|&fade| (std::array::from_fn(|_| fresh()), fade)).collect();
+    let rasters: Vec<(Ref, &Raster)> = painter.rasters.iter().map(|raster| (fresh(), raster)).collect();
     let fonts: Vec<(Face, pdf_font::Refs)> =
         painter.used.keys().map(|&face| (face, pdf_font::Refs(std::array::from_fn(|_| fresh())))).collect();
 
@@ -295,6 +309,11 @@ fn write(list: &DisplayList, painter: Painter) -> Result<Vec<u8>> {
         states.pair(Name(format!("M{i}").as_bytes()), id);
     }
     states.finish();
+    let mut pictures = resources.x_objects();
+    for (i, (id, _)) in rasters.iter().enumerate() {
+        pictures.pair(Name(format!("P{i}").as_bytes()), id);
+    }
+    pictures.finish();
     let mut names = resources.fonts();
     for (face, refs) in &fonts {
         names.pair(pdf_font::name(*face), refs.font());
@@ -304,6 +323,14 @@ fn write(list: &DisplayList, painter: Painter) -> Result<Vec<u8>> {
     page.finish();
     let pressed = compress_to_vec_zlib(&painter.content.finish(), LEVEL);
     pdf.stream(content_id, &pressed).filter(Filter::FlateDecode);
+    for (id, raster) in rasters {
+        let pressed = compress_to_vec_zlib(&raster.pixels, LEVEL);
+        let mut image = pdf.image_xobject(id, &pressed);
+        let [width, height] = raster.size.map(|side| i32::try_from(side).unwrap_or(i32::MAX));
+        image.filter(Filter::FlateDecode);
+        image.width(width).height(height).bits_per_component(8).interpolate(true);
+        image.color_space().device_rgb();
+    }
     for (id, (fill, stroke)) in opacities {
         let [fill, stroke] = [fill, stroke].map(|o| f32::from(o) / 1000.0);
         pdf.ext_graphics(id).non_stroking_alpha(fill).stroking_alpha(stroke);

@@ -1,7 +1,7 @@
 //! In: a display list and pixels per millimetre. Out: pixels, or a PNG.
 
 use crate::diagram::display_list::{
-    Color, DisplayList, Face, Fill, Geometry, Item, Point, Segment, Shape, Stroke, Text,
+    Color, DisplayList, Face, Fill, Geometry, Item, Point, Raster, Segment, Shape, Stroke, Text,
 };
 use crate::diagram::lettering;
 use crate::error::{Error, ErrorKind, Result};
@@ -70,6 +70,7 @@ impl Painter {
                 Item::Group(group) => self.items(&group.items)?,
                 Item::Shape(shape) => self.shape(shape),
                 Item::Text(text) => self.text(text)?,
+                Item::Raster(raster) => self.raster(raster),
             }
         }
         Ok(())
@@ -92,6 +93,19 @@ impl Painter {
             let paint = flat(stroke.color, stroke.opacity);
             self.pixmap.stroke_path(&path, &paint, &skia_stroke(stroke), self.transform, None);
         }
+    }
+
+    fn raster(&mut self, raster: &Raster) {
+        let rgba: Vec<u8> = raster.pixels.chunks_exact(3).flat_map(|p| [p[0], p[1], p[2], 255]).collect();
+        let size = skia::IntSize::from_wh(raster.size[0], raster.size[1]);
+        let Some(picture) = size.and_then(|size| skia::Pixmap::from_vec(rgba, size)) else { return };
+        let [left, top, right, bottom] = raster.bounds;
+        let scale = [(right - left) / f64::from(raster.size[0]), (bottom - top) / f64::from(raster.size[1])];
+        let place =
+            skia::Transform::from_row(scale[0] as f32, 0.0, 0.0, scale[1] as f32, left as f32, top as f32);
+        let paint =
+            skia::PixmapPaint { quality: skia::FilterQuality::Bilinear, ..skia::PixmapPaint::default() };
+        self.pixmap.draw_pixmap(0, 0, picture.as_ref(), &paint, place.post_concat(self.transform), None);
     }
 
     fn text(&mut self, text: &Text) -> Result<()> {

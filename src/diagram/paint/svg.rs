@@ -5,7 +5,8 @@
 //! shall stay searchable. Ids begin with a hash of the content, so that several figures can share a document.
 
 use crate::diagram::display_list::{
-    Color, DisplayList, Face, Fill, Geometry, Group, Item, Point, Recoloring, Segment, Shape, Stroke, Text,
+    Color, DisplayList, Face, Fill, Geometry, Group, Item, Point, Raster, Recoloring, Segment, Shape, Stroke,
+    Text,
 };
 use crate::diagram::lettering;
 use crate::diagram::words::{coordinate as mm, exact};
@@ -126,6 +127,7 @@ impl Painter<'_> {
                 Item::Group(group) => self.group(group)?,
                 Item::Shape(shape) => self.shape(shape),
                 Item::Text(text) => self.text(text)?,
+                Item::Raster(raster) => image(raster),
             };
             into.push(element);
         }
@@ -261,6 +263,37 @@ impl Painter<'_> {
     }
 }
 
+/// A picture, carried in the file.
+fn image(raster: &Raster) -> Element {
+    let [left, top, right, bottom] = raster.bounds;
+    with(
+        "image",
+        &[
+            ("x", mm(left)),
+            ("y", mm(top)),
+            ("width", mm(right - left)),
+            ("height", mm(bottom - top)),
+            ("preserveAspectRatio", "none".to_owned()),
+            ("href", format!("data:image/png;base64,{}", base64(&raster.png))),
+        ],
+    )
+}
+
+/// RFC 4648.
+fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let byte = |i: usize| u32::from(chunk.get(i).copied().unwrap_or(0));
+        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for i in 0..4 {
+            let letter = LETTERS.get((bits >> (18 - 6 * i)) as usize & 63).copied().unwrap_or(b'=');
+            text.push(if i <= chunk.len() { char::from(letter) } else { '=' });
+        }
+    }
+    text
+}
+
 fn plain_text(text: &Text, color: String) -> Element {
     let mut element = with(
         "text",
@@ -350,4 +383,23 @@ fn path_data(segments: &[Segment]) -> String {
         }
     }
     d
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_is_that_of_the_standard() {
+        for (bytes, text) in [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foob", "Zm9vYg=="),
+            ("foobar", "Zm9vYmFy"),
+        ] {
+            assert_eq!(base64(bytes.as_bytes()), text);
+        }
+    }
 }

@@ -1,0 +1,190 @@
+//! `kind = "view-pair"`: a picture and the camera that made it. In: a scene and its picture, rendered before. Out: the picture, with
+//! the line in which the focus plane meets the ground and the plane of the section marked in it, and the camera in section.
+
+use super::file::Input;
+use super::stage::{self, Stage};
+use crate::diagram::Figure;
+use crate::diagram::display_list::{Group, Item, Point, Raster, Shape};
+use crate::diagram::extent::{self, Extent};
+use crate::diagram::lettering;
+use crate::diagram::panel::Panel;
+use crate::diagram::parts::{self, Role, Scene};
+use crate::diagram::rays;
+use crate::diagram::sheet::{GUTTER, STRIP};
+use crate::diagram::theme::{self, broken, solid};
+use crate::diagram::words::exact;
+use crate::error::{Error, Result};
+use crate::geometry::{Line, Plane};
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::sync::Arc;
+
+/// What a figure file of this kind says besides.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+pub(crate) struct Keys {
+    /// The picture that `groundglass render` made of the scene (PNG, 8 bits), relative to this file.
+    #[schemars(length(min = 1), example = &"../examples/pictures/tower.png")]
+    picture: String,
+}
+
+const SHOWN: [&str; 14] = [
+    "axis",
+    "bellows",
+    "caption",
+    "far-plane",
+    "film-parallel",
+    "focus-plane",
+    "front-focal-plane",
+    "hinge-line",
+    "label",
+    "lens-board",
+    "near-plane",
+    "scheimpflug-line",
+    "subject",
+    "wedge",
+];
+
+/// Most pixels of a picture in a figure.
+const MOST_PIXELS: u64 = 16_000_000;
+
+/// Draws the figure that a file describes.
+pub(crate) fn draw(input: &Input) -> Result<Figure> {
+    let stage =
+        Stage::read(input, |width| if width < 110.0 { 1.9 * width } else { 0.45 * width + 12.0 }, &SHOWN)?;
+    let keys: Keys = input.keys()?;
+    let raster = picture(input, &keys.picture)?;
+    let mut scene = stage.scene();
+    let film = scene.optics.camera().film;
+    let shape = film.width.as_metres() / film.height.as_metres();
+    let [wide, high] = raster.size.map(f64::from);
+    if ((wide / high) / shape - 1.0).abs() > 1.5 / wide.min(high) {
+        return Err(Error::invalid(format!("a picture of {wide} x {high} pixels has not the film's shape"))
+            .at_key("picture")
+            .remedy("render the scene of this figure: groundglass render"));
+    }
+    let ground = stage.subject.triangles.iter().flatten().map(|p| p.y).fold(f64::INFINITY, f64::min);
+    let ground = Plane { m: DVec3::Y, e: -ground };
+    let focus = scene.optics.world_from_lens().plane(scene.optics.focus_plane());
+    let line = ground.e.is_finite().then(|| Line::meet(focus, ground)).filter(|line| !line.is_at_infinity());
+    let sentences = [
+        match line {
+            Some(_) => "Solid in the picture: where the focus plane meets the ground. Dashed: the plane of the section beside it.",
+            None => "The focus plane does not meet the ground. Dashed in the picture: the plane of the section beside it.",
+        }
+        .to_owned(),
+        stage::camera_sentence(&scene),
+    ];
+    let (mut sheet, frame) = stage::begin(&stage, &sentences)?;
+    let [left, top, right, bottom] = frame;
+    let (view, main) = if stage.page.size[0] < 110.0 {
+        let split = top + 0.58 * (bottom + STRIP - top);
+        ([left, top, right, split - STRIP - 1.0], [left, split + 1.0, right, bottom])
+    } else {
+        // As wide as the picture is at the height there is, and not more than two fifths.
+        let across = (shape * (bottom - top)).min(0.4 * (right - left));
+        ([left, top, left + across, bottom], [left + across + GUTTER, top, right, bottom])
+    };
+    let scale = ((view[2] - view[0]) / shape).min(view[3] - view[1]);
+    let size = [scale * shape, scale];
+    let place = [view[0], view[1], view[0] + size[0], view[1] + size[1]];
+    let group = marked(&scene, Raster { bounds: place, ..raster }, line);
+    sheet.items.push(Item::Group(group));
+    let item = sheet.caption(
+        "caption",
+        lettering::runs("on the film, upright"),
+        [place[0], place[3] + 3.4],
+        theme::LETTER,
+    )?;
+    sheet.items.push(item);
+    let extent = Extent::of(&scene);
+    if !extent.is_finite() {
+        return Err(Error::invalid("the camera's numbers are too extreme to be drawn").at_key("scene"));
+    }
+    let panel = extent::fit(extent.scene, main, 4.0);
+    scene.bundles = rays::bundles(&scene, &panel);
+    sheet.push(parts::panel(&scene, panel, Role::Main, "main", None)?);
+    sheet.strip(&panel, stage::view_name(&scene), false)?;
+    stage::end(&stage, sheet, frame, "A picture and its camera", &sentences)
+}
+
+/// Reads a PNG of 8 bits a channel.
+fn picture(input: &Input, written: &str) -> Result<Raster> {
+    let (bytes, _) = input.read("picture", written)?;
+    let wrong = |why: String| Error::invalid(format!("`{written}` is no such PNG: {why}")).at_key("picture");
+    let mut reader =
+        png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().map_err(|why| wrong(why.to_string()))?;
+    let (width, height) = (reader.info().width, reader.info().height);
+    let (color, depth) = reader.output_color_type();
+    let channels = match (color, depth) {
+        (png::ColorType::Rgb, png::BitDepth::Eight) => 3,
+        (png::ColorType::Rgba, png::BitDepth::Eight) => 4,
+        _ => return Err(wrong("it has not red, green and blue of 8 bits".to_owned())),
+    };
+    if u64::from(width) * u64::from(height) > MOST_PIXELS {
+        return Err(wrong("it has more than 16 million pixels".to_owned()));
+    }
+    let size = reader.output_buffer_size().ok_or_else(|| wrong("it is too large".to_owned()))?;
+    let mut pixels = vec![0; size];
+    reader.next_frame(&mut pixels).map_err(|why| wrong(why.to_string()))?;
+    let rgb: Vec<u8> = pixels.chunks_exact(channels).flat_map(|p| p.iter().take(3).copied()).collect();
+    Ok(Raster { bounds: [0.0; 4], size: [width, height], pixels: rgb.into(), png: Arc::from(bytes) })
+}
+
+/// The picture with the lines that are marked in it.
+fn marked(scene: &Scene, raster: Raster, line: Option<Line>) -> Group {
+    let theme = scene.theme;
+    let [left, top, right, bottom] = raster.bounds;
+    let panel = Panel { frame: raster.bounds, scale: 1.0, origin: [left, top] };
+    let (middle, half) =
+        ([0.5 * (left + right), 0.5 * (top + bottom)], [0.5 * (right - left), 0.5 * (bottom - top)]);
+    let projection = scene.optics.projection_from_world(0.0, 0.0);
+    let seen = |p: DVec3| {
+        let clip = projection.project(p);
+        (clip.w > 0.0).then(|| [middle[0] + half[0] * clip.x / clip.w, middle[1] - half[1] * clip.y / clip.w])
+    };
+    let matrix = [half[0], 0.0, 0.0, -half[1], middle[0], middle[1]].map(exact).join(" ");
+    let mut items = vec![Item::Raster(raster)];
+    let world = scene.optics.world_from_lens();
+    // The section passes through the lens, so in the picture it is a straight line: through two of its points ahead.
+    let ahead = scene.section.u;
+    let points = [0.3, -0.3].map(|t| seen(world.point(ahead + scene.section.v * t)));
+    if let [Some(a), Some(b)] = points {
+        let far = |p: Point, q: Point| [p[0] + 50.0 * (p[0] - q[0]), p[1] + 50.0 * (p[1] - q[1])];
+        if let Some((a, b)) = panel.clip_segment(far(a, b), far(b, a)) {
+            // Light under dark, so that it shows on any ground.
+            let under = solid(theme.paper, 0.5);
+            let over = broken(theme.ink, theme::MEDIUM, theme::DASHED);
+            let shapes = [Shape::line(a, b, under), Shape::line(a, b, over)];
+            items.push(Item::Group(Group::of("section-line", shapes.into_iter().map(Item::Shape).collect())));
+        }
+    }
+    if let Some((a, b)) =
+        line.and_then(|line| visible(line, world.origin, &seen)).and_then(|(a, b)| panel.clip_segment(a, b))
+    {
+        let shapes =
+            [Shape::line(a, b, solid(theme.paper, 1.0)), Shape::line(a, b, solid(theme.focus.line, 0.6))];
+        items.push(Item::Group(Group::of("sharp-line", shapes.into_iter().map(Item::Shape).collect())));
+    }
+    let border = Shape::polyline(&panel.corners(), true, None, Some(solid(theme.ink, theme::THIN)));
+    items.push(Item::Group(Group::of("film-frame", vec![Item::Shape(border)])));
+    Group {
+        part: Some("film-picture"),
+        data: vec![("data-page-from-clip", matrix)],
+        items,
+        ..Group::default()
+    }
+}
+
+/// The ends of the longest piece of a line of the world that lies before the camera, as it is seen; its image is straight.
+fn visible(line: Line, eye: DVec3, seen: &impl Fn(DVec3) -> Option<Point>) -> Option<(Point, Point)> {
+    let unit = line.normalized();
+    // Relative to the point of the line nearest to the camera, in steps that grow with the distance.
+    let foot = unit.direction.cross(unit.moment);
+    let near = foot + unit.direction * unit.direction.dot(eye - foot);
+    let reach = (near - eye).length().max(1e-6);
+    let at = |i: i32| near + unit.direction * (reach * libm::tan(f64::from(i) * 0.007));
+    let shown: Vec<Point> =
+        (-220..=220).filter_map(|i| seen(at(i))).filter(|p| p.iter().all(|x| x.abs() < 1e5)).collect();
+    Some((*shown.first()?, *shown.last()?))
+}
