@@ -182,8 +182,10 @@ fn beyond(items: &[Item]) -> Vec<&'static str> {
     }
     let (mut off, mut on) = (Vec::new(), Vec::new());
     walk(items, &mut off, &mut on);
-    // An arrow at the border says where a line is.
-    let told = |part: &str| on.contains(&"arrow") && matches!(part, "hinge-line" | "scheimpflug-line");
+    // An arrow at the border says where it is.
+    let told = |part: &str| {
+        on.contains(&"arrow") && matches!(part, "focus-plane" | "hinge-line" | "scheimpflug-line")
+    };
     off.retain(|part| !on.contains(part) && !told(part));
     off.sort_unstable();
     off.dedup();

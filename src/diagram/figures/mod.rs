@@ -20,6 +20,7 @@ mod perspective_correction;
 mod plot;
 mod plot_axis;
 mod plot_data;
+mod plot_keys;
 mod plot_names;
 mod plot_series;
 mod scheimpflug;
@@ -166,7 +167,7 @@ pub const KINDS: &[Kind] = &[
         view_pair::draw,
         [keys::CameraKeys, stage::SectionKeys, view_pair::Keys]
     ),
-    kind!("plot", "a chart of numbers from CSV or JSON, with error bars", plot::draw, [plot::Keys]),
+    kind!("plot", "a chart of numbers from CSV or JSON, with error bars", plot::draw, [plot_keys::Keys]),
 ];
 
 impl Kind {

@@ -2,8 +2,8 @@
 //! one finite; nothing is dropped but empty cells.
 
 use super::file::Input;
-use super::plot::SeriesKeys;
 use super::plot_data::{Cell, Table};
+use super::plot_keys::SeriesKeys;
 use crate::error::{Error, Result};
 use crate::scene::nearest;
 

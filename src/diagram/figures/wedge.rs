@@ -188,7 +188,7 @@ fn confusion(scene: &Scene, circle: f64, frame: [f64; 4]) -> Result<(Group, crat
         canvas.part("limit-image", vec![Shape::circle(tip, 0.6, Some(dot), None)]);
         canvas.avoid_disk(tip, 0.8);
         let side = if *name == "far" { 1.0 } else { -1.0 };
-        let label = Label::new(format!("image of|the {name} limit"), theme.depth.word, vec![tip]);
+        let label = Label::new(format!("image|of the|{name} limit"), theme.depth.word, vec![tip]);
         canvas.label(label.toward([0.3 * side, -0.95]));
     }
     let along_axis = [panel.frame[0], panel.frame[2]].map(|x| [x, page(center)[1]]);
@@ -209,7 +209,7 @@ fn confusion(scene: &Scene, circle: f64, frame: [f64; 4]) -> Result<(Group, crat
         let stroke = solid(theme.focus.line, 1.0);
         canvas.part("circle-of-confusion", vec![Shape::line(p, q, stroke)]);
         let middle = [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])];
-        let words = format!("*c* = {}", length(circle));
+        let words = format!("*c* =|{}", length(circle));
         canvas.label(
             Label::new(words, theme.focus.word, vec![[middle[0], p[1].max(q[1])], p, q]).toward([0.8, 0.6]),
         );
