@@ -8,6 +8,8 @@ use crate::error::{Error, Result};
 use skrifa::instance::{LocationRef, Size};
 use skrifa::outline::{DrawSettings, OutlinePen};
 use skrifa::{FontRef, MetadataProvider};
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 const REGULAR: &[u8] = include_bytes!("../../assets/fonts/GroundglassSans-Regular.ttf");
 const OBLIQUE: &[u8] = include_bytes!("../../assets/fonts/GroundglassSans-Oblique.ttf");
@@ -33,11 +35,28 @@ fn font(face: Face) -> Result<FontRef<'static>> {
 /// # Errors
 /// When the font has no glyph for it.
 pub(crate) fn advance(face: Face, character: char) -> Result<f64> {
+    // Asked for every letter of every line that is tried, so the font is read once.
+    static REGULAR: OnceLock<BTreeMap<char, f64>> = OnceLock::new();
+    static OBLIQUE: OnceLock<BTreeMap<char, f64>> = OnceLock::new();
+    let table = match face {
+        Face::Regular => &REGULAR,
+        Face::Oblique => &OBLIQUE,
+    };
+    if table.get().is_none() {
+        // Two threads may both read it; they find the same.
+        let _ = table.set(advances(face)?);
+    }
+    table.get().and_then(|all| all.get(&character)).copied().ok_or_else(|| missing(character))
+}
+
+/// The advance widths of all characters of a face, in ems.
+fn advances(face: Face) -> Result<BTreeMap<char, f64>> {
     let font = font(face)?;
-    let glyph = font.charmap().map(character).ok_or_else(|| missing(character))?;
     let metrics = font.glyph_metrics(Size::unscaled(), LocationRef::default());
     let units = f64::from(font.metrics(Size::unscaled(), LocationRef::default()).units_per_em);
-    Ok(f64::from(metrics.advance_width(glyph).unwrap_or(0.0)) / units)
+    let width = |glyph| f64::from(metrics.advance_width(glyph).unwrap_or(0.0)) / units;
+    let all = font.charmap().mappings();
+    Ok(all.filter_map(|(code, glyph)| Some((char::from_u32(code)?, width(glyph)))).collect())
 }
 
 /// The number of a character's glyph in its face.

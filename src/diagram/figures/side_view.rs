@@ -121,6 +121,10 @@ struct Layout {
 /// assert!(figure.to_svg()?.contains("data-part=\"hinge-line\""));
 /// # Ok::<(), groundglass::error::Error>(())
 /// ```
+///
+/// The camera of `diagrams/side-view.toml`, drawn so:
+///
+#[doc = include_str!("../../../diagrams/side-view.svg")]
 #[derive(Clone, Debug)]
 pub struct SideView<'a> {
     optics: &'a Optics,
