@@ -5,11 +5,27 @@
 
 use super::TILE;
 use super::view::View;
-use glam::{DVec3, DVec4};
+use glam::DVec3;
+use rayon::prelude::*;
 
 /// A function bilinear in lens point (1, u, v) and place in the tile (1, x, y): coefficients of
 /// `1, u, v, x, xu, xv, y, yu, yv`; `x`, `y` in pixels from the tile's centre.
 pub(crate) type Bilinear = [f32; 9];
+
+/// A vertex on the film, `x w`, `y w` and `w`, each as coefficients of `1, u, v`; pixels from the picture's corner.
+pub(crate) type Image = [[f64; 3]; 3];
+
+/// The images of all vertices.
+pub(crate) fn images(view: &View, positions: &[DVec3]) -> Vec<Image> {
+    let family = &view.pixel_from_lens;
+    positions
+        .par_iter()
+        .map(|position| {
+            let p = position.extend(1.0);
+            [0, 1, 2].map(|row| [0, 1, 2].map(|part: usize| family[part][row].dot(p)))
+        })
+        .collect()
+}
 
 /// One triangle in one tile.
 #[derive(Clone, Debug)]
@@ -35,7 +51,6 @@ pub(crate) struct TileFilm {
     weight: [f64; 3],
     radius: f64,
     center: [f64; 2],
-    projection: [[DVec4; 3]; 3],
     /// `1/t` of the near plane at the centre, and its change with a pixel to the right and down.
     pub near: [f32; 3],
 }
@@ -53,7 +68,6 @@ impl TileFilm {
             weight: [1.0 + p.z / f, dx.z / f, dy.z / f],
             radius: view.radius,
             center: [center(tile_x), center(tile_y)],
-            projection: view.pixel_from_lens,
             // Along the axis the ray advances -p.z for each unit of t.
             near: [p.z, dx.z, dy.z].map(|z| (-z / view.near) as f32),
         }
@@ -85,8 +99,9 @@ impl TileFilm {
         edges.map(|e| e.map(|c| c * scale))
     }
 
-    /// Sets up a triangle, all of whose corners lie in the frustum if `in_front`; `None` when its edges show that it misses the tile for every lens point.
-    pub(crate) fn setup(&self, triangle: u32, v: [DVec3; 3], in_front: bool) -> Option<Setup> {
+    /// Sets up a triangle; `images` are those of its corners where all lie in the frustum. `None` when its edges
+    /// show that it misses the tile for every lens point.
+    pub(crate) fn setup(&self, triangle: u32, v: [DVec3; 3], images: Option<[&Image; 3]>) -> Option<Setup> {
         let edges = self.edges(v);
         let normal = (v[1] - v[0]).cross(v[2] - v[0]);
         let plane = [normal.dot(v[0]), -normal.x * self.radius, -normal.y * self.radius];
@@ -105,11 +120,8 @@ impl TileFilm {
         // A common power of two keeps single precision away from its ends and changes no sign.
         let largest = edges.iter().map(|e| e[0].abs() + reach(e)).fold(0.0, f64::max);
         let scale = power_of_two_near(largest);
-        let corners = in_front.then(|| {
-            v.map(|corner| {
-                let p = corner.extend(1.0);
-                let [x, y, w] =
-                    [0, 1, 2].map(|row| [0, 1, 2].map(|part: usize| self.projection[part][row].dot(p)));
+        let corners = images.map(|images| {
+            images.map(|&[x, y, w]| {
                 let about = |row: [f64; 3], center: f64| {
                     std::array::from_fn(|part| (row[part] - center * w[part]) as f32)
                 };

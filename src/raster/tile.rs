@@ -3,7 +3,7 @@
 use super::TILE;
 use super::bin::Bins;
 use super::kernel::{Opaque, Visit, cover};
-use super::setup::{Setup, TileFilm};
+use super::setup::{Image, Setup, TileFilm};
 use super::view::{Batch, Pattern, View};
 use super::visibility::{Group, Visibility, group};
 use fearless_simd::Level;
@@ -12,6 +12,8 @@ use glam::DVec3;
 /// The geometry to draw, in the lens frame.
 pub(crate) struct Geometry<'a> {
     pub positions: &'a [DVec3],
+    /// Where the lens points see them.
+    pub images: &'a [Image],
     pub triangles: &'a [[u32; 3]],
     /// For each triangle, whether samples may pass through it.
     pub cutout: &'a [bool],
@@ -84,7 +86,8 @@ impl TileScratch {
         for &t in bins.tile(x, y) {
             let corners = geometry.triangles[t as usize];
             let v = corners.map(|i| geometry.positions[i as usize]);
-            let Some(setup) = film.setup(t, v, bins.in_front(corners)) else { continue };
+            let images = bins.in_front(corners).then(|| corners.map(|i| &geometry.images[i as usize]));
+            let Some(setup) = film.setup(t, v, images) else { continue };
             self.setups.push(setup);
             let met = &mut self.met[(geometry.surface)(t) as usize];
             if met.0 != self.tiles {

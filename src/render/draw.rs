@@ -66,6 +66,7 @@ impl Picture<'_> {
         let pattern = pattern(self.seed, tile, self.samples, self.splits);
         let geometry = Geometry {
             positions: &self.positions,
+            images: &self.images,
             triangles: &self.surfaces.triangles,
             cutout: &self.cutout,
             surface: &|t| self.patch(t).0,

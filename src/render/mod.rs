@@ -12,6 +12,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::picture::Exposure;
 use crate::raster::TILE;
 use crate::raster::bin::Bins;
+use crate::raster::setup::{Image, images};
 use crate::raster::view::{LensCell, View};
 use crate::sampling;
 use crate::scene::{Material, Scene, Surfaces};
@@ -139,6 +140,7 @@ struct Picture<'a> {
     surface_count: usize,
     view: View,
     positions: Vec<DVec3>,
+    images: Vec<Image>,
     cutout: Vec<bool>,
     shader: Shader<'a>,
     splits: Splits,
@@ -155,9 +157,10 @@ impl<'a> Picture<'a> {
         let surfaces = &scene.surfaces;
         let frame = LensFrame::new(optics);
         let positions: Vec<DVec3> = surfaces.positions.par_iter().map(|&p| frame.point(p)).collect();
+        let view = frame.view(scene);
+        let images = images(&view, &positions);
         watch.lap(&mut stages.transform);
         let samples = scene.render.samples;
-        let view = frame.view(scene);
         let splits = Splits::new(samples);
         let cells = splits.lens_cells(view.radius);
         let bins = Bins::new(&view, &cells, &positions, &surfaces.triangles);
@@ -181,6 +184,7 @@ impl<'a> Picture<'a> {
             },
             view,
             positions,
+            images,
             cutout,
             shader,
             splits,
