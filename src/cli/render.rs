@@ -151,7 +151,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         bin_entries: counts.bin_entries,
         samples: counts.samples,
         shading_requests: counts.shading_requests,
-        stages: counts.stages.into(),
+        stages: counts.stages,
         scene_hash: scene.hash(),
         version: env!("CARGO_PKG_VERSION"),
     };

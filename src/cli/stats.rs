@@ -23,28 +23,9 @@ pub(super) struct Stats {
     pub(super) samples: u64,
     /// Groups of samples that were shaded together.
     pub(super) shading_requests: u64,
-    pub(super) stages: StageSeconds,
+    pub(super) stages: groundglass::render::Stages,
     pub(super) scene_hash: String,
     pub(super) version: &'static str,
-}
-
-/// Seconds by stage, summed over the threads.
-#[derive(Serialize)]
-pub(super) struct StageSeconds {
-    transform: f64,
-    bin: f64,
-    setup: f64,
-    coverage: f64,
-    group: f64,
-    shading: f64,
-    resolve: f64,
-}
-
-impl From<groundglass::render::Stages> for StageSeconds {
-    fn from(stages: groundglass::render::Stages) -> Self {
-        let groundglass::render::Stages { transform, bin, setup, coverage, group, shading, resolve } = stages;
-        Self { transform, bin, setup, coverage, group, shading, resolve }
-    }
 }
 
 #[derive(Serialize)]

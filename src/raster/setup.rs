@@ -45,9 +45,10 @@ pub(crate) struct Setup {
 
 /// The film about one tile's centre.
 pub(crate) struct TileFilm {
-    p: DVec3,
-    dx: DVec3,
-    dy: DVec3,
+    /// The tile's centre, and the steps to the next pixel right and down.
+    pub p: DVec3,
+    pub dx: DVec3,
+    pub dy: DVec3,
     weight: [f64; 3],
     radius: f64,
     center: [f64; 2],
@@ -95,7 +96,7 @@ impl TileFilm {
     /// [`Self::edges`] by a common power of two that keeps them within single precision.
     pub(crate) fn scaled_edges(&self, v: [DVec3; 3]) -> [[f64; 9]; 3] {
         let edges = self.edges(v);
-        let scale = power_of_two_near(edges.iter().map(|e| e[0].abs() + reach(e)).fold(0.0, f64::max));
+        let scale = scale(&edges);
         edges.map(|e| e.map(|c| c * scale))
     }
 
@@ -117,9 +118,7 @@ impl TileFilm {
         if side != 0.0 && edges.iter().any(|e| side * e[0] + reach(e) * (1.0 + 1e-6) < 0.0) {
             return None;
         }
-        // A common power of two keeps single precision away from its ends and changes no sign.
-        let largest = edges.iter().map(|e| e[0].abs() + reach(e)).fold(0.0, f64::max);
-        let scale = power_of_two_near(largest);
+        let scale = scale(&edges);
         let corners = images.map(|images| {
             images.map(|&[x, y, w]| {
                 let about = |row: [f64; 3], center: f64| {
@@ -137,6 +136,11 @@ impl TileFilm {
             plane: plane.map(|c| (c * depth_scale) as f32),
         })
     }
+}
+
+/// A common power of two keeps single precision away from its ends and changes no sign.
+fn scale(edges: &[[f64; 9]; 3]) -> f64 {
+    power_of_two_near(edges.iter().map(|e| e[0].abs() + reach(e)).fold(0.0, f64::max))
 }
 
 /// How far a function can be from its value at tile centre and lens centre.

@@ -1,7 +1,7 @@
 //! The camera as the rasterizer sees it, and the set of samples of a tile.
 
-use super::LANES;
-use glam::{DVec3, DVec4};
+use super::{LANES, TILE};
+use glam::{DVec3, DVec4, Vec2};
 
 /// A camera in the lens frame. Pixel coordinates run right and down from the picture's top left.
 #[derive(Clone, Debug)]
@@ -60,4 +60,27 @@ pub(crate) struct Pattern {
     pub block_width: u32,
     pub block_height: u32,
     pub batches: Vec<Batch>,
+}
+
+impl Pattern {
+    /// The left top pixel of a block, in the tile.
+    #[inline(always)]
+    pub(crate) fn corner(&self, block: u32) -> (u32, u32) {
+        // Blocks in a row are a power of two, and a shift is not a division.
+        let bits = (TILE / self.block_width).trailing_zeros();
+        ((block & ((1 << bits) - 1)) * self.block_width, (block >> bits) * self.block_height)
+    }
+
+    /// The pixel, in the tile, of a lane at the block with this corner.
+    #[inline(always)]
+    pub(crate) fn pixel(&self, (x, y): (u32, u32), batch: &Batch, lane: usize) -> (u32, u32) {
+        let inside = u32::from(batch.pixel[lane % LANES]);
+        (x + inside % self.block_width, y + inside / self.block_width)
+    }
+}
+
+/// A pixel's left top corner from its tile's centre.
+#[inline(always)]
+pub(crate) fn from_center((x, y): (u32, u32)) -> Vec2 {
+    Vec2::new(x as f32, y as f32) - 0.5 * TILE as f32
 }

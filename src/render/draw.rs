@@ -2,15 +2,14 @@
 
 use super::pattern::pattern;
 use super::{Picture, Stages, Stopwatch};
-
 use crate::raster::setup::TileFilm;
 use crate::raster::tile::Geometry;
-use crate::raster::view::{Batch, Pattern};
+use crate::raster::view::{Batch, Pattern, from_center};
 use crate::raster::visibility::{Group, NOTHING};
 use crate::raster::{self, TILE};
 use crate::sampling::hash;
 use crate::shade::{LaneSums, Look, Place, Rays, Samples};
-use glam::{DVec3, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use std::cell::RefCell;
 
 /// What one thread reuses from tile to tile.
@@ -18,10 +17,10 @@ use std::cell::RefCell;
 pub(super) struct TileScratch {
     raster: raster::tile::TileScratch,
     groups: Vec<Group>,
-    /// The same by surface, and where each surface's begin.
+    /// The same by surface, and where the next of each surface goes.
     runs: Vec<Group>,
-    starts: Vec<u32>,
-    /// By place in the tile's set-ups; made when first asked for.
+    next: Vec<u32>,
+    /// By place among the tile's surfaces; made when first asked for.
     looks: RefCell<Vec<Option<Box<Look>>>>,
 }
 
@@ -62,7 +61,7 @@ impl Picture<'_> {
         cancelled: &dyn Fn() -> bool,
     ) -> Tally {
         let mut tally = Tally::default();
-        let TileScratch { raster, groups, runs, starts, looks } = scratch;
+        let TileScratch { raster, groups, runs, next, looks } = scratch;
         let pattern = pattern(self.seed, tile, self.samples, self.splits);
         let geometry = Geometry {
             positions: &self.positions,
@@ -75,7 +74,13 @@ impl Picture<'_> {
         let film = raster.prepare(&self.view, &geometry, &self.bins, self.cells.len(), &pattern, tile);
         looks.get_mut().clear();
         looks.get_mut().resize_with(raster.surfaces().len(), || None);
-        let rays = self.rays(tile);
+        let rays = Rays {
+            p: film.p.as_vec3(),
+            dx: film.dx.as_vec3(),
+            dy: film.dy.as_vec3(),
+            focal_length: self.view.focal_length as f32,
+            radius: self.view.radius as f32,
+        };
         let falloff = self
             .falloff
             .as_ref()
@@ -98,16 +103,16 @@ impl Picture<'_> {
             watch.lap(&mut tally.stages.coverage);
             raster.group(self.level, batch, groups);
             if !self.shared {
-                split(groups);
+                split(groups, runs);
             }
-            sort_by_surface(groups, raster.surfaces().len(), runs, starts);
+            sort_by_surface(groups, raster.surfaces().len(), runs, next);
             watch.lap(&mut tally.stages.group);
             tally.requests += runs.len() as u64;
             let samples = Samples {
                 batch,
                 means: &LaneSums::new(batch),
                 rays: &rays,
-                block: (pattern.block_width, pattern.block_height),
+                pattern: &pattern,
                 single: !self.shared,
                 falloff: falloff.as_ref().map(|falloff| falloff as &dyn Fn(Place, Vec3) -> f32),
             };
@@ -128,20 +133,16 @@ impl Picture<'_> {
     fn corner<'b>(
         &self,
         tile: (u32, u32),
-        pattern: &Pattern,
+        pattern: &'b Pattern,
         batch: &'b Batch,
         block: usize,
     ) -> (Vec2, impl Fn(usize) -> u64 + use<'b>) {
-        let (width, height) = (pattern.block_width, pattern.block_height);
-        let (column, row) = (block as u32 % (TILE / width), block as u32 / (TILE / width));
-        let (x, y, seed) = (column * width, row * height, self.seed);
-        let corner = Vec2::new(x as f32, y as f32) - 0.5 * TILE as f32;
+        let (corner, seed) = (pattern.corner(block as u32), self.seed);
         let key = move |lane: usize| {
-            let inside = u32::from(batch.pixel[lane]);
-            let (x, y) = (tile.0 * TILE + x + inside % width, tile.1 * TILE + y + inside / width);
-            hash(hash(seed, u64::from(x)), u64::from(y))
+            let (x, y) = pattern.pixel(corner, batch, lane);
+            hash(hash(seed, u64::from(tile.0 * TILE + x)), u64::from(tile.1 * TILE + y))
         };
-        (corner, key)
+        (from_center(corner), key)
     }
 
     /// The number of the surface that a triangle is part of, and the triangle that stands for it.
@@ -177,44 +178,34 @@ impl Picture<'_> {
         }
         squared
     }
-
-    fn rays(&self, (tx, ty): (u32, u32)) -> Rays {
-        let view = &self.view;
-        let center = |tile: u32| f64::from(tile * TILE) + 0.5 * f64::from(TILE);
-        let p: DVec3 = view.film + view.film_dx * center(tx) + view.film_dy * center(ty);
-        Rays {
-            p: p.as_vec3(),
-            dx: view.film_dx.as_vec3(),
-            dy: view.film_dy.as_vec3(),
-            focal_length: view.focal_length as f32,
-            radius: view.radius as f32,
-        }
-    }
 }
 
 /// Makes each sample a group.
-fn split(groups: &mut Vec<Group>) {
-    *groups = groups
-        .iter()
-        .flat_map(|&group| Lanes(group.lanes).map(move |lane| Group { lanes: 1 << lane, ..group }))
-        .collect();
+fn split(groups: &mut Vec<Group>, spare: &mut Vec<Group>) {
+    spare.clear();
+    spare.extend(
+        groups
+            .iter()
+            .flat_map(|&group| Lanes(group.lanes).map(move |lane| Group { lanes: 1 << lane, ..group })),
+    );
+    std::mem::swap(groups, spare);
 }
 
 /// Sorts groups by what they see, nothing last, otherwise in order.
-fn sort_by_surface(groups: &[Group], surfaces: usize, out: &mut Vec<Group>, starts: &mut Vec<u32>) {
-    starts.clear();
-    starts.resize(surfaces + 2, 0);
+fn sort_by_surface(groups: &[Group], surfaces: usize, out: &mut Vec<Group>, next: &mut Vec<u32>) {
+    next.clear();
+    next.resize(surfaces + 2, 0);
     let slot = |group: &Group| (group.id as usize).min(surfaces);
     for group in groups {
-        starts[slot(group) + 1] += 1;
+        next[slot(group) + 1] += 1;
     }
-    for i in 1..starts.len() {
-        starts[i] += starts[i - 1];
+    for i in 1..next.len() {
+        next[i] += next[i - 1];
     }
     out.clear();
     out.resize(groups.len(), Group { block: 0, lanes: 0, id: NOTHING });
     for group in groups {
-        let place = &mut starts[slot(group)];
+        let place = &mut next[slot(group)];
         out[*place as usize] = *group;
         *place += 1;
     }

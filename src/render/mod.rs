@@ -21,6 +21,7 @@ pub use crate::simd::SimdLevel;
 use fearless_simd::Level;
 use glam::DVec3;
 use rayon::prelude::*;
+use serde::Serialize;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 // Tiles of the rasterizer are the squares that share lens points.
@@ -59,7 +60,7 @@ pub struct Counts {
 }
 
 /// Seconds that the stages took, summed over the threads; all 0 without [`Execution::clock`].
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Stages {
     /// Vertices into the lens frame.
     pub transform: f64,
@@ -75,6 +76,19 @@ pub struct Stages {
     pub shading: f64,
     /// Sums to means, and the error.
     pub resolve: f64,
+}
+
+impl Stages {
+    fn add(&mut self, more: &Self) {
+        let Self { transform, bin, setup, coverage, group, shading, resolve } = more;
+        self.transform += transform;
+        self.bin += bin;
+        self.setup += setup;
+        self.coverage += coverage;
+        self.group += group;
+        self.shading += shading;
+        self.resolve += resolve;
+    }
 }
 
 /// Measures stages where there is a clock.
@@ -237,11 +251,7 @@ impl<'a> Picture<'a> {
         counts.samples = u64::from(width) * u64::from(height) * u64::from(self.samples);
         for tally in &tallies {
             counts.shading_requests += tally.requests;
-            counts.stages.setup += tally.stages.setup;
-            counts.stages.coverage += tally.stages.coverage;
-            counts.stages.group += tally.stages.group;
-            counts.stages.shading += tally.stages.shading;
-            counts.stages.resolve += tally.stages.resolve;
+            counts.stages.add(&tally.stages);
         }
         Ok((Exposure::new(width, height, pixels, rms), counts))
     }

@@ -108,7 +108,8 @@ impl Flat {
         }
         let corners = surfaces.corners(t);
         let (a, b) = (corners[1] - corners[0], corners[2] - corners[0]);
-        let face = crate::camera::unit(a.cross(b))?;
+        let across = a.cross(b);
+        let face = crate::camera::unit(across)?;
         let normal = match attributes.normals {
             [NONE, ..] => face,
             [i, j, k] => {
@@ -122,11 +123,11 @@ impl Flat {
         let texture = match &material.diffuse_map {
             Some(map) if attributes.texcoords[0] != NONE => {
                 let uv = attributes.texcoords.map(|i| surfaces.texcoords[i as usize].as_dvec2());
-                let (along, across) = (uv[1] - uv[0], uv[2] - uv[0]);
+                let (by_a, by_b) = (uv[1] - uv[0], uv[2] - uv[0]);
                 // The basis dual to the two edges in their plane.
-                let square = a.cross(b).length_squared();
-                let (ga, gb) = (b.cross(a.cross(b)) / square, a.cross(b).cross(a) / square);
-                let gradient = [0, 1].map(|c| ga * along[c] + gb * across[c]);
+                let square = across.length_squared();
+                let (ga, gb) = (b.cross(across) / square, across.cross(a) / square);
+                let gradient = [0, 1].map(|c| ga * by_a[c] + gb * by_b[c]);
                 let level = map.levels.first()?;
                 let size = DVec2::new(f64::from(level.width), f64::from(level.height));
                 if !gradient.iter().all(|g| g.is_finite()) {

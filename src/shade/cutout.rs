@@ -4,14 +4,15 @@
 //! material's coverage is below 1: each surface decides by itself, each sample for itself.
 
 use super::Shader;
+use super::coordinates::Coordinates;
 use super::filter::{self, Choice};
-use super::gather::{Coordinates, holes};
+use super::gather::holes;
 use super::look::Look;
 use crate::raster::view::Batch;
 use crate::sampling::{hash, shuffled_radical_inverse};
 use crate::scene::Material;
 use crate::simd::at_level;
-use fearless_simd::{Level, Simd};
+use fearless_simd::{Level, Simd, SimdBase, f32x16};
 use glam::Vec2;
 
 impl Shader<'_> {
@@ -50,12 +51,12 @@ impl Shader<'_> {
 #[inline(always)]
 fn solid<S: Simd>(simd: S, material: &Material, look: &Look, batch: &Batch, corner: Vec2, lanes: u16) -> u16 {
     let Some(functions) = &look.texture else { return lanes };
-    let coordinates = Coordinates::new(simd, functions, batch);
-    let at = coordinates.at(simd, corner);
+    let coordinates = Coordinates::of_batch(simd, functions, batch);
+    let spots = coordinates.at(simd, f32x16::splat(simd, corner.x), f32x16::splat(simd, corner.y));
+    let at = spots.usable(simd);
     let mut met = lanes;
     for map in material.holed_maps() {
-        let size = filter::size(map);
-        let squares = coordinates.shorter_side_squared(simd, corner, size);
+        let squares = coordinates.shorter_side_squared(&spots, filter::size(map));
         // Lanes of one level together: mostly all of them.
         let mut rest = met;
         while rest != 0 {

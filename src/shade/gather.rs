@@ -4,79 +4,20 @@
 //! generic source for every SIMD level, product and sum apart, so the same bits.
 
 use super::filter::{Choice, Side};
-use super::look::Bilinear4;
 use crate::raster::LANES;
-use crate::raster::view::Batch;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16, u32x16};
-use glam::{Vec2, Vec4};
+use glam::Vec4;
 
-/// Texture coordinates of a batch's 16 samples as functions of the block's place: homogeneous `s`, `t` and
-/// their weight, each its value at the tile's centre and its change with `x` and `y`.
-pub(crate) struct Coordinates<S: Simd>([[f32x16<S>; 3]; 3]);
-
-impl<S: Simd> Coordinates<S> {
-    #[inline(always)]
-    pub(crate) fn new(simd: S, k: &Bilinear4, batch: &Batch) -> Self {
-        Self([component(simd, k, 0, batch), component(simd, k, 1, batch), component(simd, k, 2, batch)])
-    }
-
-    /// The square of the shorter side of each sample's footprint, `size` texels making up the texture.
-    #[inline(always)]
-    pub(crate) fn shorter_side_squared(&self, simd: S, corner: Vec2, size: Vec2) -> [f32; LANES] {
-        let Self([[s, sx, sy], [t, tx, ty], [w, wx, wy]]) = *self;
-        let zero = f32x16::splat(simd, 0.0);
-        let weight = w + wx * corner.x + wy * corner.y;
-        let inverse = weight.simd_ne(zero).select(f32x16::splat(simd, 1.0) / weight, zero);
-        let s = (s + sx * corner.x + sy * corner.y) * inverse;
-        let t = (t + tx * corner.x + ty * corner.y) * inverse;
-        let (across, along) = (inverse * size.x, inverse * size.y);
-        let (s_dx, t_dx) = ((sx - s * wx) * across, (tx - t * wx) * along);
-        let (s_dy, t_dy) = ((sy - s * wy) * across, (ty - t * wy) * along);
-        let (right, down) = (s_dx * s_dx + t_dx * t_dx, s_dy * s_dy + t_dy * t_dy);
-        right.simd_lt(down).select(right, down).to_array()
-    }
-
-    /// Where in the texture, from its anchor, each sample looks from a block.
-    #[inline(always)]
-    pub(crate) fn at(&self, simd: S, corner: Vec2) -> [f32x16<S>; 2] {
-        let Self([[s, sx, sy], [t, tx, ty], [w, wx, wy]]) = *self;
-        let zero = f32x16::splat(simd, 0.0);
-        let one = f32x16::splat(simd, 1.0);
-        let weight = w + wx * corner.x + wy * corner.y;
-        let inverse = weight.simd_ne(zero).select(one / weight, zero);
-        let s = (s + sx * corner.x + sy * corner.y) * inverse;
-        let t = (t + tx * corner.x + ty * corner.y) * inverse;
-        // What is no number looks at the anchor.
-        let huge = f32x16::splat(simd, 1e9);
-        [s.abs().simd_lt(huge).select(s, zero), t.abs().simd_lt(huge).select(t, zero)]
-    }
-}
-
-/// Component `i` of the functions at the 16 samples.
-#[inline(always)]
-fn component<S: Simd>(simd: S, k: &Bilinear4, i: usize, batch: &Batch) -> [f32x16<S>; 3] {
-    let u = f32x16::load_array_ref(simd, &batch.u);
-    let v = f32x16::load_array_ref(simd, &batch.v);
-    let x = f32x16::load_array_ref(simd, &batch.x);
-    let y = f32x16::load_array_ref(simd, &batch.y);
-    let c = u * k[1][i] + v * k[2][i] + k[0][i];
-    let cx = u * k[4][i] + v * k[5][i] + k[3][i];
-    let cy = u * k[7][i] + v * k[8][i] + k[6][i];
-    [c + cx * x + cy * y, cx, cy]
-}
-
-/// The sums of the colours of the even and the odd samples among `lanes`, whose block has its corner at `corner`
-/// from the tile's centre.
+/// The sums of the colours of the even and the odd samples among `lanes`, which look right and down from the
+/// texture's anchor.
 #[inline(always)]
 pub(crate) fn sums<S: Simd>(
     simd: S,
     choice: Choice<'_>,
-    coordinates: &Coordinates<S>,
-    corner: Vec2,
+    [right, down]: [f32x16<S>; 2],
     lanes: u16,
     odd: u16,
 ) -> [Vec4; 2] {
-    let [right, down] = coordinates.at(simd, corner);
     if choice.nearest {
         nearest(simd, choice, right, down, [lanes & !odd, lanes & odd])
     } else {
@@ -277,8 +218,12 @@ fn total<S: Simd>(simd: S, x: f32x16<S>, lanes: u16) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::raster::view::Batch;
     use crate::scene::{Level, Texture};
+    use crate::shade::coordinates::Coordinates;
+    use crate::shade::look::Bilinear4;
     use crate::simd::{SimdLevel, at_level};
+    use glam::Vec2;
 
     #[test]
     fn sixteen_look_ups_equal_single_ones() {
@@ -311,8 +256,9 @@ mod tests {
                 wanted[usize::from(lane >= 8)] += choice.read(Vec2::new(at.x, at.y) / at.z);
             }
             let found = at_level!(SimdLevel::best().level(), simd => {
-                let coordinates = Coordinates::new(simd, &k, &batch);
-                sums(simd, choice, &coordinates, Vec2::new(3.0, -2.0), lanes, batch.odd)
+                let coordinates = Coordinates::of_batch(simd, &k, &batch);
+                let spots = coordinates.at(simd, f32x16::splat(simd, 3.0), f32x16::splat(simd, -2.0));
+                sums(simd, choice, spots.usable(simd), lanes, batch.odd)
             });
             for half in 0..2 {
                 assert!((found[half] - wanted[half]).abs().max_element() < 1e-3, "{lanes:x}");

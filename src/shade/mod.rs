@@ -7,14 +7,16 @@
 //! the narrow side of what they span: four times as fast, but the paving of the tower scene came out wrong by
 //! 0.009 RMS at 1024 samples (0.003 without), since few look-ups at regular places alias.
 
+mod coordinates;
 mod cutout;
 mod filter;
 mod gather;
 mod look;
 mod run;
+mod samples;
 
 pub(crate) use look::Look;
-pub(crate) use run::{LaneSums, Rays, Samples};
+pub(crate) use samples::{LaneSums, Rays, Samples};
 
 use crate::scene::{NONE, Sky, Sun, Surfaces};
 use glam::{DVec2, DVec3, Vec3};

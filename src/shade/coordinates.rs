@@ -1,0 +1,86 @@
+//! Texture coordinates of 16 samples as functions of place: where they look, and what a pixel spans there.
+
+use super::look::Bilinear4;
+use crate::raster::LANES;
+use crate::raster::view::Batch;
+use fearless_simd::{Select, Simd, SimdBase, f32x16};
+use glam::Vec2;
+
+/// A bilinear function's component `i` for 16 lens points: its value at the tile's centre, and its change with a
+/// pixel to the right and down.
+#[inline(always)]
+pub(super) fn at_lens<S: Simd>(k: &Bilinear4, i: usize, u: f32x16<S>, v: f32x16<S>) -> [f32x16<S>; 3] {
+    [
+        u * k[1][i] + v * k[2][i] + k[0][i],
+        u * k[4][i] + v * k[5][i] + k[3][i],
+        u * k[7][i] + v * k[8][i] + k[6][i],
+    ]
+}
+
+/// Homogeneous `s`, `t` and their weight for 16 lens points, as [`at_lens`] gives them.
+#[derive(Clone, Copy)]
+pub(super) struct Coordinates<S: Simd>([[f32x16<S>; 3]; 3]);
+
+/// Where 16 samples look, from the texture's anchor, and one over their weights.
+#[derive(Clone, Copy)]
+pub(super) struct Spots<S: Simd> {
+    pub s: f32x16<S>,
+    pub t: f32x16<S>,
+    inverse: f32x16<S>,
+}
+
+impl<S: Simd> Coordinates<S> {
+    #[inline(always)]
+    pub(super) fn new(k: &Bilinear4, u: f32x16<S>, v: f32x16<S>) -> Self {
+        Self([at_lens(k, 0, u, v), at_lens(k, 1, u, v), at_lens(k, 2, u, v)])
+    }
+
+    /// For a batch's samples, as functions of their block's place.
+    #[inline(always)]
+    pub(super) fn of_batch(simd: S, k: &Bilinear4, batch: &Batch) -> Self {
+        let u = f32x16::load_array_ref(simd, &batch.u);
+        let v = f32x16::load_array_ref(simd, &batch.v);
+        let x = f32x16::load_array_ref(simd, &batch.x);
+        let y = f32x16::load_array_ref(simd, &batch.y);
+        let Self([s, t, w]) = Self::new(k, u, v);
+        Self([moved(s, x, y), moved(t, x, y), moved(w, x, y)])
+    }
+
+    #[inline(always)]
+    pub(super) fn at(&self, simd: S, x: f32x16<S>, y: f32x16<S>) -> Spots<S> {
+        let Self([s, t, w]) = *self;
+        let zero = f32x16::splat(simd, 0.0);
+        let [weight, ..] = moved(w, x, y);
+        let inverse = weight.simd_ne(zero).select(f32x16::splat(simd, 1.0) / weight, zero);
+        Spots { s: moved(s, x, y)[0] * inverse, t: moved(t, x, y)[0] * inverse, inverse }
+    }
+
+    /// The square of the shorter side of each pixel's footprint for a fixed lens point; `size` texels make up the
+    /// texture.
+    #[inline(always)]
+    pub(super) fn shorter_side_squared(&self, spots: &Spots<S>, size: Vec2) -> [f32; LANES] {
+        let Self([[_, sx, sy], [_, tx, ty], [_, wx, wy]]) = *self;
+        let Spots { s, t, inverse } = *spots;
+        let (across, along) = (inverse * size.x, inverse * size.y);
+        let (s_dx, t_dx) = ((sx - s * wx) * across, (tx - t * wx) * along);
+        let (s_dy, t_dy) = ((sy - s * wy) * across, (ty - t * wy) * along);
+        let (right, down) = (s_dx * s_dx + t_dx * t_dx, s_dy * s_dy + t_dy * t_dy);
+        right.simd_lt(down).select(right, down).to_array()
+    }
+}
+
+#[inline(always)]
+fn moved<S: Simd>([c, cx, cy]: [f32x16<S>; 3], x: f32x16<S>, y: f32x16<S>) -> [f32x16<S>; 3] {
+    [c + cx * x + cy * y, cx, cy]
+}
+
+impl<S: Simd> Spots<S> {
+    /// Right and down; what is no number looks at the anchor.
+    #[inline(always)]
+    pub(super) fn usable(&self, simd: S) -> [f32x16<S>; 2] {
+        let zero = f32x16::splat(simd, 0.0);
+        let huge = f32x16::splat(simd, 1e9);
+        let Self { s, t, .. } = *self;
+        [s.abs().simd_lt(huge).select(s, zero), t.abs().simd_lt(huge).select(t, zero)]
+    }
+}

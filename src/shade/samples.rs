@@ -1,0 +1,144 @@
+//! The samples of one batch in one tile, as shading takes them: the rays of the tile, where groups of samples lie,
+//! and which pixels they belong to.
+
+use super::Place;
+use crate::raster::view::{Batch, Pattern, from_center};
+use crate::raster::visibility::Group;
+use crate::raster::{LANES, TILE};
+use fearless_simd::{Simd, SimdBase, f32x16};
+use glam::{Vec2, Vec3, Vec4};
+
+/// The rays of a tile, in single precision about its centre, lens frame.
+pub(crate) struct Rays {
+    /// The tile's centre on the film, and the steps to the next pixel.
+    pub p: Vec3,
+    pub dx: Vec3,
+    pub dy: Vec3,
+    pub focal_length: f32,
+    pub radius: f32,
+}
+
+impl Rays {
+    /// The direction from the lens point: `q_w s - p`.
+    #[inline]
+    pub(crate) fn at(&self, place: Place) -> Vec3 {
+        let p = self.p + self.dx * place.x + self.dy * place.y;
+        let weight = (1.0 + p.z / self.focal_length) * self.radius;
+        Vec3::new(weight * place.u, weight * place.v, 0.0) - p
+    }
+
+    #[inline(always)]
+    pub(super) fn at_all<S: Simd>(&self, simd: S, at: &Places<S>) -> [f32x16<S>; 3] {
+        let px = at.x * self.dx.x + at.y * self.dy.x + self.p.x;
+        let py = at.x * self.dx.y + at.y * self.dy.y + self.p.y;
+        let pz = at.x * self.dx.z + at.y * self.dy.z + self.p.z;
+        let weight = (pz / self.focal_length + 1.0) * self.radius;
+        [weight * at.u - px, weight * at.v - py, f32x16::splat(simd, 0.0) - pz]
+    }
+}
+
+/// Sums over lanes for each value of each four bits of a mask: means of any group at the cost of four loads.
+pub(crate) struct LaneSums([[Vec4; 16]; 4]);
+
+impl LaneSums {
+    pub(crate) fn new(batch: &Batch) -> Self {
+        let lane = |i: usize| Vec4::new(batch.u[i], batch.v[i], batch.x[i], batch.y[i]);
+        Self(std::array::from_fn(|part| {
+            std::array::from_fn(|mask| {
+                (0..4)
+                    .filter(|bit| mask >> bit & 1 == 1)
+                    .fold(Vec4::ZERO, |sum, bit| sum + lane(4 * part + bit))
+            })
+        }))
+    }
+
+    /// The mean place of `lanes`, which are not none, from the block's corner.
+    #[inline(always)]
+    fn mean(&self, lanes: u16) -> Vec4 {
+        let [a, b, c, d] = &self.0;
+        let part = |sums: &[Vec4; 16], shift: u32| sums[usize::from(lanes >> shift) & 15];
+        (part(a, 0) + part(b, 4) + part(c, 8) + part(d, 12)) * (1.0 / lanes.count_ones() as f32)
+    }
+}
+
+/// What all groups of one batch in one tile share.
+pub(crate) struct Samples<'a> {
+    pub batch: &'a Batch,
+    pub means: &'a LaneSums,
+    pub rays: &'a Rays,
+    pub pattern: &'a Pattern,
+    /// Every group is a single sample, and looks into the texture exactly there.
+    pub single: bool,
+    /// What part of the light arrives, by place and direction.
+    pub falloff: Option<&'a dyn Fn(Place, Vec3) -> f32>,
+}
+
+/// Sums of the even and the odd samples of each pixel of a tile.
+pub(crate) type Sums = [[Vec3; 2]];
+
+impl Samples<'_> {
+    /// The place of a group's block from the tile's centre.
+    #[inline(always)]
+    pub(super) fn corner(&self, group: &Group) -> Vec2 {
+        from_center(self.pattern.corner(u32::from(group.block)))
+    }
+
+    /// The mean place of a group.
+    #[inline(always)]
+    fn place(&self, group: &Group) -> Place {
+        let (mean, corner) = (self.means.mean(group.lanes), self.corner(group));
+        Place { u: mean.x, v: mean.y, x: mean.z + corner.x, y: mean.w + corner.y }
+    }
+
+    /// The mean places of up to 16 groups.
+    #[inline(always)]
+    pub(super) fn places<S: Simd>(&self, simd: S, groups: &[Group]) -> Places<S> {
+        let mut rows = [[0.0; LANES]; 4];
+        for (i, group) in groups.iter().enumerate().take(LANES) {
+            let place = self.place(group);
+            rows[0][i] = place.u;
+            rows[1][i] = place.v;
+            rows[2][i] = place.x;
+            rows[3][i] = place.y;
+        }
+        Places {
+            u: f32x16::load_array(simd, rows[0]),
+            v: f32x16::load_array(simd, rows[1]),
+            x: f32x16::load_array(simd, rows[2]),
+            y: f32x16::load_array(simd, rows[3]),
+        }
+    }
+
+    /// How many samples of a group belong to the even and the odd half.
+    #[inline(always)]
+    pub(super) fn counts(&self, group: &Group) -> [f32; 2] {
+        let odd = (group.lanes & self.batch.odd).count_ones();
+        [(group.lanes.count_ones() - odd) as f32, odd as f32]
+    }
+
+    /// Adds the light of a group's even and odd samples to its pixel.
+    #[inline(always)]
+    pub(super) fn add(&self, group: &Group, mut colors: [Vec3; 2], sums: &mut Sums) {
+        if let Some(falloff) = self.falloff {
+            let place = self.place(group);
+            let weight = falloff(place, self.rays.at(place));
+            colors = [colors[0] * weight, colors[1] * weight];
+        }
+        let mut pixel = self.pattern.corner(u32::from(group.block));
+        if self.single {
+            pixel = self.pattern.pixel(pixel, self.batch, group.lanes.trailing_zeros() as usize);
+        }
+        if let Some([even, odd]) = sums.get_mut((pixel.1 * TILE + pixel.0) as usize) {
+            *even += colors[0];
+            *odd += colors[1];
+        }
+    }
+}
+
+/// Mean places of 16 groups.
+pub(super) struct Places<S: Simd> {
+    pub u: f32x16<S>,
+    pub v: f32x16<S>,
+    pub x: f32x16<S>,
+    pub y: f32x16<S>,
+}
