@@ -45,6 +45,8 @@ pub(crate) fn png(list: &DisplayList, scale: f64) -> Result<Vec<u8>> {
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_depth(png::BitDepth::Eight);
+    // As for pictures: flate2's bytes depend on the back end that another package of the build asks for.
+    encoder.set_compression(png::Compression::Fast);
     let per_metre = (scale * 1000.0).round() as u32;
     encoder.set_pixel_dims(Some(png::PixelDimensions {
         xppu: per_metre,
