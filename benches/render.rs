@@ -4,7 +4,7 @@
 //! `cargo bench --bench render -- --quick`
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use groundglass::scene::{Memory, parse};
+use groundglass::scene::{Budget, Memory, parse};
 use groundglass::{Execution, Scene, render};
 use std::path::Path;
 
@@ -52,7 +52,8 @@ fn pictures(c: &mut Criterion) {
     group.sample_size(10);
     for (name, mut scene) in [("few triangles", few()), ("tower", tower())] {
         let height = 240 * scene.render.height / scene.render.width;
-        (scene.render.width, scene.render.height, scene.render.samples) = (240, height, 64);
+        (scene.render.width, scene.render.height) = (240, height);
+        scene.render.budget = Budget::Samples(64);
         for threads in [Some(1), None] {
             group.throughput(Throughput::Elements(240 * u64::from(height) * 64));
             let label = if threads.is_some() { "one thread" } else { "all threads" };

@@ -49,10 +49,11 @@
 //! and the aperture, and knows its own error.
 //!
 //! ```
-//! use groundglass::{Execution, Scene, render};
+//! use groundglass::{Execution, Scene, render, scene::Budget};
 //!
 //! let mut scene = Scene::read("examples/tower.toml")?;
-//! (scene.render.width, scene.render.height, scene.render.samples) = (32, 40, 16);
+//! (scene.render.width, scene.render.height) = (32, 40);
+//! scene.render.budget = Budget::Samples(16); // or MaxError(0.005)
 //! let (exposure, _) = render(&scene, Execution::default())?;
 //! let rows: Vec<u8> = exposure.to_srgb8(0.0); // red, green, blue, from the top left
 //! assert_eq!(rows.len(), 32 * 40 * 3);

@@ -27,7 +27,7 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
     let effect = |effect, active, because| Effect { effect, active, because };
     vec![
         defocus(scene),
-        effect("antialiasing", true, format!("{} samples over each pixel's square", scene.render.samples)),
+        effect("antialiasing", true, "the samples of a pixel lie all over its square".into()),
         effect(
             "textures",
             textured > 0,

@@ -6,13 +6,14 @@ use common::oracle;
 use common::scenes::{Random, Setting, camera, scene, yard};
 use glam::DVec3;
 use groundglass::render::{Execution, SimdLevel, render};
-use groundglass::scene::Scene;
+use groundglass::scene::{Budget, Scene};
 
 const ALIGNED: Setting =
     Setting { front: [0.0, 0.0], rear: [0.0, 0.0], f_number: 5.6, stretch: 1.02, rise: 0.0 };
 
 fn compare(name: &str, scene: &Scene) {
     let (picture, _) = render(scene, Execution::default()).unwrap();
+    let Budget::Samples(each) = scene.render.budget else { panic!("a number of samples is needed") };
     let (width, height) = (scene.render.width, scene.render.height);
     let (mut worst, mut doubtful, mut mismatched) = (0.0f64, 0u32, 0u32);
     for j in 0..height {
@@ -25,13 +26,13 @@ fn compare(name: &str, scene: &Scene) {
                 worst = worst.max(gap);
             } else {
                 // Each sample in doubt may differ by all of the light there is.
-                let allowed = 2.0 * f64::from(want.in_doubt) / f64::from(scene.render.samples);
+                let allowed = 2.0 * f64::from(want.in_doubt) / f64::from(each);
                 assert!(gap <= allowed, "{name}: pixel {i},{j} off by {gap} with {} in doubt", want.in_doubt);
                 mismatched += u32::from(gap > 1e-3);
             }
         }
     }
-    let samples = width * height * scene.render.samples;
+    let samples = width * height * each;
     println!(
         "{name}: worst {worst:.2e}; {doubtful} of {samples} samples in doubt, {mismatched} pixels decided otherwise"
     );
@@ -120,7 +121,7 @@ fn every_thread_count_and_simd_level_gives_the_same_bytes() {
     };
     for (share, samples) in [(true, 24), (false, 24), (false, 3)] {
         scene.render.share_shading = share;
-        scene.render.samples = samples;
+        scene.render.budget = Budget::Samples(samples);
         let one = bytes(&scene, 1, None);
         for threads in [2, 3, 8] {
             assert!(bytes(&scene, threads, None) == one, "{threads} threads");

@@ -14,6 +14,7 @@ mod optics_words;
 mod output;
 mod progress;
 mod render;
+mod replay;
 mod report;
 mod schema;
 mod solve;

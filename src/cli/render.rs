@@ -2,13 +2,14 @@
 
 use super::input::{self, Input, RootArguments};
 use super::progress::Progress;
+use super::replay::Replay;
 use super::stats::{self, Samples, Stats};
 use super::values::{Pixels, Positive, Seconds, Simd};
 use super::{diagram, interrupt, optics_words, output, report};
-use groundglass::error::{Error, ErrorKind, Result};
+use groundglass::error::{Error, ErrorKind, Result, Warning};
 use groundglass::plan::effects;
-use groundglass::render::{Execution, SimdLevel, render};
-use groundglass::scene::Scene;
+use groundglass::render::{Execution, MOST_FOR_ERROR, SimdLevel, render, replay};
+use groundglass::scene::{Budget, Scene};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -44,6 +45,12 @@ pub(super) struct Arguments {
     /// Write numbers about the run (JSON)
     #[arg(long, value_name = "FILE")]
     pub(super) stats: Option<PathBuf>,
+    /// Write the estimated error of each pixel (.exr, linear float, or .png, brightened so that its RMS is mid-grey)
+    #[arg(long, value_name = "FILE")]
+    pub(super) error_map: Option<PathBuf>,
+    /// Make the picture of an earlier run again, the same bytes, from what its --stats wrote
+    #[arg(long, value_name = "STATS", group = "budget", conflicts_with = "width")]
+    pub(super) replay: Option<PathBuf>,
 }
 
 /// What the picture is to be written as, by the name's ending.
@@ -65,40 +72,62 @@ impl Arguments {
             name.push(".png");
             PathBuf::from("groundglass-out").join(name)
         });
+        let format = Format::of(&path, "-o")?;
+        Ok((path, format))
+    }
+
+    /// What replaces the scene's budget.
+    fn budget(&self) -> Option<Budget> {
+        let samples = self.samples.map(Budget::Samples);
+        let error = self.max_error.map(|error| Budget::MaxError(error.0));
+        let time = self.time_budget.map(|time| Budget::Seconds(time.0));
+        samples.or(error).or(time)
+    }
+}
+
+impl Format {
+    fn of(path: &Path, flag: &str) -> Result<Self> {
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
         match ending.as_deref() {
-            Some("png") => Ok((path, Format::Png)),
-            Some("exr") => Ok((path, Format::Exr)),
+            Some("png") => Ok(Self::Png),
+            Some("exr") => Ok(Self::Exr),
             _ => Err(Error::new(ErrorKind::Usage, "a picture's name ends in .png or .exr")
                 .in_file(path.display().to_string())
-                .remedy("give such a name with -o")),
+                .remedy(format!("give such a name with {flag}"))),
         }
     }
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let (path, format) = arguments.output()?;
-    if arguments.stats.as_ref().is_some_and(|stats| output::is_same(stats, &path)) {
-        return Err(Error::new(ErrorKind::Usage, "-o and --stats name one file").remedy("give two names"));
-    }
-    for (given, name) in
-        [(arguments.max_error.is_some(), "--max-error"), (arguments.time_budget.is_some(), "--time-budget")]
-    {
-        if given {
-            return Err(Error::invalid(format!("{name} is not built yet")).remedy("use --samples N"));
+    let error_map = arguments.error_map.as_ref();
+    let outputs = [(Some(&path), "-o"), (arguments.stats.as_ref(), "--stats"), (error_map, "--error-map")];
+    for (i, (first, flag)) in outputs.iter().enumerate() {
+        for (second, other) in &outputs[..i] {
+            if let (Some(first), Some(second)) = (first, second)
+                && output::is_same(first, second)
+            {
+                return Err(Error::new(ErrorKind::Usage, format!("{other} and {flag} name one file"))
+                    .remedy("give two names"));
+            }
         }
     }
+    let map_format = error_map.map(|path| Format::of(path, "--error-map")).transpose()?;
+    let replayed = arguments.replay.as_deref().map(Replay::read).transpose()?;
     let input = match &arguments.scene {
         Some(scene) => input::read_scene(scene, arguments.root.root.as_deref())?,
         None => Input::builtin()?,
     };
-    input.scene.refuse_unbuilt_effects(arguments.samples.is_some())?;
+    input.scene.refuse_unbuilt_effects()?;
     // What cannot be written is said before the work, and again when the files that are read are known.
-    let named = [arguments.output.as_ref(), arguments.stats.as_ref()];
+    let named = [arguments.output.as_ref(), arguments.stats.as_ref(), error_map];
     for output in named.into_iter().flatten() {
         output::check(output, &input.read_paths())?;
     }
-    let (clock, scene) = (Instant::now(), load(&input, arguments)?);
+    let clock = Instant::now();
+    let width = replayed.as_ref().map(|replay| replay.width).or(arguments.width.map(|width| width.0));
+    let mut scene = input.load_at(width)?;
+    scene.render.budget = arguments.budget().unwrap_or(scene.render.budget);
     let load_seconds = clock.elapsed().as_secs_f64();
     report::warnings(&scene.warnings);
     report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
@@ -106,11 +135,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(available) = stats::available_memory() {
         scene.check_memory(available)?;
     }
-    let read = input.read_paths();
+    let allocation = replayed.map(|replay| replay.allocation(&scene)).transpose()?;
+    let mut read = input.read_paths();
+    read.extend(arguments.replay.clone());
     if arguments.output.is_none() {
         make_folder(path.parent())?;
     }
-    for output in [Some(&path), arguments.stats.as_ref()].into_iter().flatten() {
+    for output in outputs.into_iter().filter_map(|(output, _)| output) {
         output::check(output, &read)?;
     }
 
@@ -121,9 +152,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let simd = arguments.simd.map_or_else(SimdLevel::best, |simd| simd.0);
     let seconds = || clock.elapsed().as_secs_f64();
     let rendered = interrupt::polled(|cancel| {
-        let measured = arguments.stats.is_some().then_some(&seconds as &(dyn Fn() -> f64 + Sync));
-        let (cancel, progress) = (Some(cancel), Some(&tell as &(dyn Fn(usize, usize) + Sync)));
-        render(&scene, Execution { threads, simd: Some(simd), cancel, progress, clock: measured })
+        let timed = arguments.stats.is_some() || matches!(scene.render.budget, Budget::Seconds(_));
+        let execution = Execution {
+            threads,
+            simd: Some(simd),
+            cancel: Some(cancel),
+            progress: Some(&tell),
+            clock: timed.then_some(&seconds),
+            error_map: error_map.is_some(),
+        };
+        match &allocation {
+            Some(allocation) => replay(&scene, allocation, execution),
+            None => render(&scene, execution),
+        }
     });
     let (render_seconds, cpu_seconds) = (clock.elapsed().as_secs_f64(), stats::cpu_seconds() - cpu);
     progress.finish();
@@ -135,6 +176,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         Format::Exr => exposure.write_exr(&notes, file),
     })
     .map_err(|error| error.in_file(path.display().to_string()))?;
+    if let (Some(target), Some(format)) = (error_map, map_format) {
+        let map = exposure.error_map();
+        // Mid-grey where the error is that of the whole.
+        let gain = -libm::log2(exposure.rms_error().unwrap_or(1.0).max(1e-9) / 0.2);
+        output::write_whole(target, &read, |file| match format {
+            Format::Png => map.write_png(gain, &notes, file),
+            Format::Exr => map.write_exr(&notes, file),
+        })
+        .map_err(|error| error.in_file(target.display().to_string()))?;
+    }
     let stats = Stats {
         width: exposure.width(),
         height: exposure.height(),
@@ -142,8 +193,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         load_seconds,
         render_seconds,
         cpu_seconds,
-        samples_per_pixel: Samples::uniform(scene.render.samples),
+        samples_per_pixel: Samples::of(exposure.samples()),
         estimated_rms_error: exposure.rms_error(),
+        allocation: exposure.samples().to_text(),
         effects: effects(&scene),
         simd: simd.name(),
         triangles: counts.triangles,
@@ -161,19 +213,30 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         output::write_text(target, &read, &text)?;
     }
     report::print(&summary(&path, &stats))?;
+    if let (Budget::MaxError(wanted), Some(reached), None) =
+        (scene.render.budget, exposure.rms_error(), &allocation)
+        && reached > wanted
+    {
+        report::warnings(&[beyond_reach(&input.name(), wanted, reached)]);
+    }
     if arguments.scene.is_none() {
         first_steps(&scene, &path)?;
     }
     Ok(())
 }
 
-/// Loads the scene, with what the flags replace.
-fn load(input: &Input, arguments: &Arguments) -> Result<Scene> {
-    let mut scene = input.load_at(arguments.width.map(|width| width.0))?;
-    if let Some(samples) = arguments.samples {
-        scene.render.samples = samples;
+/// An error that no reasonable number of samples reaches.
+fn beyond_reach(file: &str, wanted: f64, reached: f64) -> Warning {
+    // An error falls about as the number of samples to the power 0.6.
+    let samples = f64::from(MOST_FOR_ERROR) * libm::pow(reached / wanted, 1.0 / 0.6);
+    Warning {
+        file: file.to_owned(),
+        line: None,
+        message: format!(
+            "an error of {wanted} was asked for and {reached:.2e} is reached with up to {MOST_FOR_ERROR} samples a pixel, the most \
+             on the way to an error: it would take about {samples:.1e}; ask for a larger --max-error, or for that many --samples"
+        ),
     }
-    Ok(scene)
 }
 
 fn available_threads() -> usize {
@@ -191,12 +254,15 @@ fn summary(path: &Path, stats: &Stats) -> String {
         Some(error) => format!("RMS error about {error:.4}"),
         None => "one sample a pixel: its error is unknown".to_owned(),
     };
+    let samples = match stats.samples_per_pixel {
+        Samples { min, max, .. } if min == max => format!("{max} samples each"),
+        Samples { mean, min, max } => format!("{mean:.0} samples on average ({min} to {max})"),
+    };
     format!(
-        "{}: {} x {} pixels, {} samples each, {:.2} s ({:.2} s loading); {error}\n",
+        "{}: {} x {} pixels, {samples}, {:.2} s ({:.2} s loading); {error}\n",
         path.display(),
         stats.width,
         stats.height,
-        stats.samples_per_pixel.max,
         stats.render_seconds,
         stats.load_seconds,
     )

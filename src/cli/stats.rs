@@ -1,6 +1,6 @@
 //! The numbers of `render --stats`, and the clocks behind them.
 
-use groundglass::picture::Exposure;
+use groundglass::picture::{Allocation, Exposure};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -13,6 +13,8 @@ pub(super) struct Stats {
     pub(super) cpu_seconds: f64,
     pub(super) samples_per_pixel: Samples,
     pub(super) estimated_rms_error: Option<f64>,
+    /// For `--replay`: the samples of each block of 8 x 8 pixels, or one number for all.
+    pub(super) allocation: String,
     pub(super) effects: Vec<groundglass::plan::Effect>,
     pub(super) simd: &'static str,
     pub(super) triangles: usize,
@@ -36,9 +38,9 @@ pub(super) struct Samples {
 }
 
 impl Samples {
-    /// Exactly `n` for every pixel.
-    pub(super) fn uniform(n: u32) -> Self {
-        Self { mean: f64::from(n), min: n, max: n }
+    pub(super) fn of(allocation: &Allocation) -> Self {
+        let (min, max) = allocation.range();
+        Self { mean: allocation.mean(), min, max }
     }
 }
 
@@ -101,7 +103,10 @@ pub(super) fn notes(scene: &groundglass::scene::Scene, exposure: &Exposure) -> V
                 standard(&camera.rear)
             ),
         ),
-        ("groundglass.samples", scene.render.samples.to_string()),
+        ("groundglass.samples", {
+            let Samples { mean, min, max } = Samples::of(exposure.samples());
+            if min == max { min.to_string() } else { format!("{mean:.2} on average, {min} to {max}") }
+        }),
         (
             "groundglass.estimated_rms_error",
             exposure.rms_error().map_or("unknown".to_owned(), |error| format!("{error:.6}")),

@@ -114,7 +114,7 @@ mod tests {
 
     fn gradient() -> Exposure {
         let pixels = (0..4096).map(|i| [i as f32 / 1023.0, 0.5, -0.25]).collect();
-        Exposure::new(40, 33, pixels, None)
+        Exposure::new((40, 33), pixels, Vec::new(), None, super::super::Allocation::Uniform(1))
     }
 
     #[test]

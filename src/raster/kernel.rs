@@ -149,7 +149,7 @@ fn nearest<S: Simd>(simd: S, [z0, zx, zy]: [f32x16<S>; 3], step: (f32, f32), blo
 mod tests {
     use super::*;
     use crate::raster::LANES;
-    use crate::raster::visibility::group;
+    use crate::raster::visibility::{EVERYWHERE, group};
     use crate::simd::SimdLevel;
 
     #[test]
@@ -193,7 +193,7 @@ mod tests {
             .collect();
         let run = |level: Level| {
             let mut seen = Visibility::new();
-            seen.clear(1, 1);
+            seen.clear(1, 1, EVERYWHERE);
             let visits = setups.iter().enumerate().map(|(id, setup)| Visit {
                 setup,
                 id: id as u32,

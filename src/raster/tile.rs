@@ -4,7 +4,7 @@ use super::TILE;
 use super::bin::Bins;
 use super::kernel::{Opaque, Visit, cover};
 use super::setup::{Image, Setup, TileFilm};
-use super::view::{Batch, Pattern, View};
+use super::view::{Batch, View};
 use super::visibility::{Group, Visibility, group};
 use fearless_simd::Level;
 use glam::DVec3;
@@ -63,19 +63,19 @@ impl TileScratch {
         }
     }
 
-    /// Sets up tile `(x, y)`.
+    /// Sets up tile `(x, y)` for batches that serve `block` pixels across and down.
     pub(crate) fn prepare(
         &mut self,
         view: &View,
         geometry: &Geometry<'_>,
         bins: &Bins,
         cells: usize,
-        pattern: &Pattern,
+        block: (u32, u32),
         (x, y): (u32, u32),
     ) -> TileFilm {
         let film = TileFilm::new(view, x, y);
         self.cells = cells;
-        self.block = (pattern.block_width, pattern.block_height);
+        self.block = block;
         self.setups.clear();
         self.blocks.clear();
         self.crosses_near.clear();
@@ -104,8 +104,8 @@ impl TileScratch {
                     let high = (i64::from(high) - start).min(i64::from(TILE) - 1);
                     if low > high { None } else { Some((low as u32 / block, high as u32 / block)) }
                 };
-                let columns = range(pixels.x0, pixels.x1, x, pattern.block_width);
-                let rows = range(pixels.y0, pixels.y1, y, pattern.block_height);
+                let columns = range(pixels.x0, pixels.x1, x, block.0);
+                let rows = range(pixels.y0, pixels.y1, y, block.1);
                 self.blocks.push(match (columns, rows) {
                     (Some((x0, x1)), Some((y0, y1))) => [x0, x1, y0, y1].map(|b| b as u8),
                     _ => [1, 0, 1, 0],
@@ -115,17 +115,19 @@ impl TileScratch {
         film
     }
 
-    /// Draws one batch of samples of the tile that is set up; what is seen stays until the next.
+    /// Draws one batch of samples of the tile that is set up, in the `wanted` regions of 4 x 4 blocks (see
+    /// [`Visibility::clear`]); what is seen stays until the next.
     pub(crate) fn draw(
         &mut self,
         level: Level,
+        wanted: u64,
         geometry: &Geometry<'_>,
         film: &TileFilm,
         batch: &Batch,
         opaque: &Opaque<'_>,
     ) {
         let Self { setups, slots, blocks, crosses_near, seen, cells, block, .. } = self;
-        seen.clear(block.0, block.1);
+        seen.clear(block.0, block.1, wanted);
         let visits = setups.iter().enumerate().filter_map(|(at, setup)| {
             let blocks = blocks[at * *cells + batch.cell];
             (blocks[0] <= blocks[1]).then(|| Visit {

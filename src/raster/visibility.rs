@@ -30,7 +30,12 @@ pub(crate) struct Visibility {
     pub floor: [f32; LANES],
     /// Regions drawn into since that was made.
     changes: u32,
+    /// Regions that are drawn.
+    wanted: u64,
 }
+
+/// All regions, for [`Visibility::clear`].
+pub(crate) const EVERYWHERE: u64 = u64::MAX;
 
 /// Regions that are drawn into before the tile's floor is made again: it costs as much as four regions' floors.
 const PATIENCE: u32 = 32;
@@ -45,11 +50,13 @@ impl Visibility {
             stale: 0,
             floor: [0.0; LANES],
             changes: 0,
+            wanted: EVERYWHERE,
         }
     }
 
-    /// Empties it for blocks of the given size.
-    pub(crate) fn clear(&mut self, block_width: u32, block_height: u32) {
+    /// Empties it for blocks of the given size. Regions that are not among `wanted` (bit `8 row + column`) count as
+    /// filled up to the lens, so nothing is drawn there.
+    pub(crate) fn clear(&mut self, block_width: u32, block_height: u32, wanted: u64) {
         self.columns = (TILE / block_width) as usize;
         let blocks = self.columns * (TILE / block_height) as usize;
         self.depth.clear();
@@ -60,6 +67,23 @@ impl Visibility {
         self.stale = 0;
         self.floor = [0.0; LANES];
         self.changes = 0;
+        self.wanted = wanted;
+        let mut rest = !wanted;
+        while rest != 0 {
+            let at = rest.trailing_zeros() as usize;
+            rest &= rest - 1;
+            self.floors[at] = [f32::INFINITY; LANES];
+            let (row, column) = (at / MOST_REGIONS * REGION, at % MOST_REGIONS * REGION);
+            for y in row..row + REGION {
+                let first = y * self.columns + column;
+                // Blocks larger than a pixel have fewer regions.
+                if column + REGION <= self.columns
+                    && let Some(blocks) = self.depth.get_mut(first..first + REGION)
+                {
+                    blocks.fill([f32::INFINITY; LANES]);
+                }
+            }
+        }
     }
 
     /// Says that the region in this column and row of regions was drawn into.
@@ -88,6 +112,12 @@ impl Visibility {
         }
         least.store_array(&mut self.floors[at]);
         least
+    }
+
+    #[inline(always)]
+    fn is_wanted(&self, block: usize) -> bool {
+        let (row, column) = (block / self.columns / REGION, block % self.columns / REGION);
+        self.wanted >> (row * MOST_REGIONS + column) & 1 == 1
     }
 
     /// Makes the tile's floor again where that may pay.
@@ -125,6 +155,9 @@ pub(crate) fn group(level: Level, batch: &Batch, seen: &Visibility, out: &mut Ve
 #[inline(always)]
 fn group_all<S: Simd>(simd: S, batch: &Batch, seen: &Visibility, out: &mut Vec<Group>) {
     for (block, ids) in seen.id.iter().enumerate() {
+        if seen.wanted != EVERYWHERE && !seen.is_wanted(block) {
+            continue;
+        }
         let all = u32x16::load_array_ref(simd, ids);
         let mut rest = batch.live;
         while rest != 0 {

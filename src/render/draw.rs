@@ -1,13 +1,15 @@
 //! One tile: its samples through the rasterizer, grouped by what they see, shaded and summed.
 
-use super::pattern::pattern;
-use super::{Picture, Stages, Stopwatch};
+use super::pattern::{Splits, pattern};
+use super::picture::Picture;
+use super::stages::{Stages, Stopwatch};
 use crate::raster::setup::TileFilm;
 use crate::raster::tile::Geometry;
 use crate::raster::view::{Batch, Pattern, from_center};
 use crate::raster::visibility::{Group, NOTHING};
 use crate::raster::{self, TILE};
-use crate::sampling::hash;
+use crate::sampling::runs::Run;
+use crate::sampling::{self, hash};
 use crate::shade::{LaneSums, Look, Place, Rays, Samples};
 use glam::{Vec2, Vec3};
 use std::cell::RefCell;
@@ -22,13 +24,13 @@ pub(super) struct TileScratch {
     next: Vec<u32>,
     /// By place among the tile's surfaces; made when first asked for.
     looks: RefCell<Vec<Option<Box<Look>>>>,
+    /// The sums before the step that is being drawn.
+    before: Vec<[Vec3; 2]>,
 }
 
-/// What came of one tile beside its pixels.
+/// What came of one tile beside its sums.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Tally {
-    /// The sum of the estimated squared errors of its pixels.
-    pub squared_error: f64,
     pub requests: u64,
     pub stages: Stages,
 }
@@ -50,19 +52,28 @@ impl Iterator for Lanes {
     }
 }
 
+/// A run of samples, how it is sorted into batches, and the regions of the tile that take part (bit `8 row + column`).
+#[derive(Clone, Copy)]
+pub(super) struct Step {
+    pub run: Run,
+    pub splits: Splits,
+    pub wanted: u64,
+}
+
 impl Picture<'_> {
-    /// Draws one tile.
+    /// Draws the samples of `steps` in one tile and adds them to `sums`: of the even and the odd samples of each pixel, in
+    /// the order of the batches. Tells how many steps were done before `stop` said so; of the next nothing is left.
     pub(super) fn draw_tile(
         &self,
         scratch: &mut TileScratch,
         tile: (u32, u32),
-        out: &mut [[f32; 3]],
+        steps: &[Step],
+        sums: &mut Vec<[Vec3; 2]>,
         mut watch: Stopwatch<'_>,
-        cancelled: &dyn Fn() -> bool,
-    ) -> Tally {
+        stop: &dyn Fn() -> bool,
+    ) -> (Tally, usize) {
         let mut tally = Tally::default();
-        let TileScratch { raster, groups, runs, next, looks } = scratch;
-        let pattern = pattern(self.seed, tile, self.samples, self.splits);
+        let TileScratch { raster, groups, runs, next, looks, before } = scratch;
         let geometry = Geometry {
             positions: &self.positions,
             images: &self.images,
@@ -71,7 +82,8 @@ impl Picture<'_> {
             surface: &|t| self.patch(t).0,
             surfaces: self.surface_count,
         };
-        let film = raster.prepare(&self.view, &geometry, &self.bins, self.cells.len(), &pattern, tile);
+        let block = sampling::block(self.streams);
+        let film = raster.prepare(&self.view, &geometry, &self.bins, self.cells.len(), block, tile);
         looks.get_mut().clear();
         looks.get_mut().resize_with(raster.surfaces().len(), || None);
         let rays = Rays {
@@ -85,48 +97,49 @@ impl Picture<'_> {
             .falloff
             .as_ref()
             .map(|falloff| |place: Place, ray: Vec3| falloff.weight(&self.view, ray.as_dvec3(), place));
-
-        watch.lap(&mut tally.stages.setup);
-        // Sums of the even and the odd samples, in the order of the batches.
-        let mut sums = vec![[Vec3::ZERO; 2]; (TILE * TILE) as usize];
-        for batch in &pattern.batches {
-            if cancelled() {
-                return tally;
-            }
-            raster.draw(self.level, &geometry, &film, batch, &|visit, block, lanes| {
-                let mut looks = looks.borrow_mut();
-                let Some(slot) = looks.get_mut(visit.id as usize) else { return lanes };
-                let look = slot.get_or_insert_with(|| self.look(&film, visit.setup.triangle));
-                let (corner, key) = self.corner(tile, &pattern, batch, block);
-                self.shader.met(self.level, look, visit.setup.triangle, (batch, corner), lanes, key)
-            });
-            watch.lap(&mut tally.stages.coverage);
-            raster.group(self.level, batch, groups);
-            if !self.shared {
-                split(groups, runs);
-            }
-            sort_by_surface(groups, raster.surfaces().len(), runs, next);
-            watch.lap(&mut tally.stages.group);
-            tally.requests += runs.len() as u64;
-            let samples = Samples {
-                batch,
-                means: &LaneSums::new(batch),
-                rays: &rays,
-                pattern: &pattern,
-                single: !self.shared,
-                falloff: falloff.as_ref().map(|falloff| falloff as &dyn Fn(Place, Vec3) -> f32),
-            };
-            for run in runs.chunk_by(|a, b| a.id == b.id) {
-                let look = looks.get_mut().get_mut(run[0].id as usize).map(|look| {
-                    &**look.get_or_insert_with(|| self.look(&film, raster.surfaces()[run[0].id as usize]))
+        sums.resize((TILE * TILE) as usize, [Vec3::ZERO; 2]);
+        for (done, step) in steps.iter().enumerate() {
+            before.clone_from(sums);
+            let pattern = pattern(self.seed, tile, self.streams, step.run, step.splits);
+            watch.lap(&mut tally.stages.setup);
+            for batch in &pattern.batches {
+                if stop() {
+                    sums.clone_from(before);
+                    return (tally, done);
+                }
+                raster.draw(self.level, step.wanted, &geometry, &film, batch, &|visit, block, lanes| {
+                    let mut looks = looks.borrow_mut();
+                    let Some(slot) = looks.get_mut(visit.id as usize) else { return lanes };
+                    let look = slot.get_or_insert_with(|| self.look(&film, visit.setup.triangle));
+                    let (corner, key) = self.corner(tile, &pattern, batch, block);
+                    self.shader.met(self.level, look, visit.setup.triangle, (batch, corner), lanes, key)
                 });
-                self.shader.shade(self.level, look, &samples, run, &mut sums);
+                watch.lap(&mut tally.stages.coverage);
+                raster.group(self.level, batch, groups);
+                if !self.shared {
+                    split(groups, runs);
+                }
+                sort_by_surface(groups, raster.surfaces().len(), runs, next);
+                watch.lap(&mut tally.stages.group);
+                tally.requests += runs.len() as u64;
+                let samples = Samples {
+                    batch,
+                    means: &LaneSums::new(batch),
+                    rays: &rays,
+                    pattern: &pattern,
+                    single: !self.shared,
+                    falloff: falloff.as_ref().map(|falloff| falloff as &dyn Fn(Place, Vec3) -> f32),
+                };
+                for run in runs.chunk_by(|a, b| a.id == b.id) {
+                    let look = looks.get_mut().get_mut(run[0].id as usize).map(|look| {
+                        &**look.get_or_insert_with(|| self.look(&film, raster.surfaces()[run[0].id as usize]))
+                    });
+                    self.shader.shade(self.level, look, &samples, run, sums);
+                }
+                watch.lap(&mut tally.stages.shading);
             }
-            watch.lap(&mut tally.stages.shading);
         }
-        tally.squared_error = self.resolve(tile, &sums, out);
-        watch.lap(&mut tally.stages.resolve);
-        tally
+        (tally, steps.len())
     }
 
     /// The place of a block's corner from the tile's centre, and what names the pixel of each lane there.
@@ -156,27 +169,6 @@ impl Picture<'_> {
         let (_, reference) = self.patch(triangle);
         let edges = film.scaled_edges(corners(reference));
         Box::new(self.shader.look(reference, &edges, corners(reference), corners(triangle)))
-    }
-
-    fn resolve(&self, (tx, ty): (u32, u32), sums: &[[Vec3; 2]], out: &mut [[f32; 3]]) -> f64 {
-        let (even, odd) = (self.samples.div_ceil(2), self.samples / 2);
-        let mut squared = 0.0;
-        for y in 0..TILE.min(self.view.height - ty * TILE) {
-            for x in 0..TILE.min(self.view.width - tx * TILE) {
-                let at = (y * TILE + x) as usize;
-                let [a, b] = sums[at];
-                out[at] = ((a + b) / self.samples as f32).to_array();
-                if odd > 0 {
-                    let shown =
-                        |sum: Vec3, n: u32| (sum * (self.gain / n as f32)).clamp(Vec3::ZERO, Vec3::ONE);
-                    // The mean weighs the halves by their sizes; for equal halves this is a quarter.
-                    let n = f64::from(self.samples);
-                    let share = f64::from(even) * f64::from(odd) / (n * n);
-                    squared += share * (shown(a, even) - shown(b, odd)).as_dvec3().length_squared();
-                }
-            }
-        }
-        squared
     }
 }
 

@@ -1,31 +1,27 @@
 //! The conductor: scene and camera in, exposure out. The one place where camera side and pixel side meet.
 
+mod adaptive;
+mod allocate;
 mod draw;
 mod frame;
 mod pattern;
+mod picture;
+mod resolve;
+mod stages;
+mod uniform;
 
-use draw::{Tally, TileScratch};
-use frame::{Falloff, LensFrame};
-use pattern::Splits;
+pub use adaptive::MOST_FOR_ERROR;
+pub use stages::Stages;
+
+use adaptive::Until;
+use picture::{Picture, Sequence};
+use stages::Stopwatch;
 
 use crate::error::{Error, ErrorKind, Result};
-use crate::picture::Exposure;
-use crate::raster::TILE;
-use crate::raster::bin::Bins;
-use crate::raster::setup::{Image, images};
-use crate::raster::view::{LensCell, View};
-use crate::sampling;
-use crate::scene::{Material, Scene, Surfaces};
-use crate::shade::Shader;
+use crate::picture::{Allocation, Exposure};
+use crate::scene::{Budget, Scene};
 pub use crate::simd::SimdLevel;
-use fearless_simd::Level;
-use glam::DVec3;
-use rayon::prelude::*;
-use serde::Serialize;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-
-// Tiles of the rasterizer are the squares that share lens points.
-const _: () = assert!(sampling::GRID == TILE);
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How a picture is made; none of it changes a pixel.
 #[derive(Clone, Copy, Default)]
@@ -38,8 +34,11 @@ pub struct Execution<'a> {
     pub cancel: Option<&'a AtomicBool>,
     /// Called from worker threads with the number of tiles done and of all.
     pub progress: Option<&'a (dyn Fn(usize, usize) + Sync)>,
-    /// Seconds from any start: the library has no clock of its own. With one, [`Counts::stages`] is measured.
+    /// Seconds from any start: the library has no clock of its own. With one, [`Counts::stages`] is measured; a
+    /// [`Budget::Seconds`] needs one.
     pub clock: Option<&'a (dyn Fn() -> f64 + Sync)>,
+    /// Whether to keep the error of each pixel, [`Exposure::pixel_error`].
+    pub error_map: bool,
 }
 
 /// What a render counted.
@@ -59,66 +58,71 @@ pub struct Counts {
     pub stages: Stages,
 }
 
-/// Seconds that the stages took, summed over the threads; all 0 without [`Execution::clock`].
-#[derive(Clone, Copy, Debug, Default, Serialize)]
-pub struct Stages {
-    /// Vertices into the lens frame.
-    pub transform: f64,
-    /// Boxes, order and bins of triangles.
-    pub bin: f64,
-    /// The samples of each tile, and the edge functions of its triangles.
-    pub setup: f64,
-    /// Coverage and depth, holes included.
-    pub coverage: f64,
-    /// Samples sorted by what they see.
-    pub group: f64,
-    /// Light and texture.
-    pub shading: f64,
-    /// Sums to means, and the error.
-    pub resolve: f64,
-}
-
-impl Stages {
-    fn add(&mut self, more: &Self) {
-        let Self { transform, bin, setup, coverage, group, shading, resolve } = more;
-        self.transform += transform;
-        self.bin += bin;
-        self.setup += setup;
-        self.coverage += coverage;
-        self.group += group;
-        self.shading += shading;
-        self.resolve += resolve;
-    }
-}
-
-/// Measures stages where there is a clock.
-#[derive(Clone, Copy)]
-struct Stopwatch<'a> {
-    clock: Option<&'a (dyn Fn() -> f64 + Sync)>,
-    last: f64,
-}
-
-impl<'a> Stopwatch<'a> {
-    fn start(clock: Option<&'a (dyn Fn() -> f64 + Sync)>) -> Self {
-        Self { clock, last: clock.map_or(0.0, |clock| clock()) }
-    }
-
-    /// Adds the time since the last call.
-    fn lap(&mut self, stage: &mut f64) {
-        if let Some(clock) = self.clock {
-            let now = clock();
-            *stage += now - self.last;
-            self.last = now;
-        }
-    }
-}
-
-/// Renders `scene` with exactly `scene.render.samples` samples a pixel.
+/// Renders `scene` as its [`Budget`] says. With a number of samples or an error, the same bytes come out on any machine and
+/// with any number of threads; with a time, [`replay`] with the exposure's [`samples`](Exposure::samples) gives them.
 ///
 /// # Errors
 /// [`ErrorKind::Invalid`] when the film reaches the aperture, [`ErrorKind::TooLarge`] when picture and
 /// geometry would not fit, [`ErrorKind::Cancelled`] when stopped.
 pub fn render(scene: &Scene, execution: Execution<'_>) -> Result<(Exposure, Counts)> {
+    let start = execution.clock.map_or(0.0, |clock| clock());
+    match scene.render.budget {
+        Budget::Samples(samples) => draw(scene, Sequence::Uniform(samples), &execution, |picture, counts| {
+            picture.uniform(samples, &execution, counts)
+        }),
+        Budget::MaxError(error) => {
+            let until = Until::Error(error);
+            draw(scene, Sequence::Runs, &execution, |picture, counts| {
+                picture.adaptive(until, &execution, counts)
+            })
+        }
+        Budget::Seconds(_) if execution.clock.is_none() => {
+            Err(Error::invalid("a time was asked for, and there is no clock")
+                .at_key("render.time_budget_s")
+                .remedy("lend one in Execution::clock"))
+        }
+        Budget::Seconds(seconds) => {
+            let until = Until::Clock { start, end: start + seconds };
+            draw(scene, Sequence::Runs, &execution, |picture, counts| {
+                picture.adaptive(until, &execution, counts)
+            })
+        }
+    }
+}
+
+/// Renders `scene` with the numbers of samples of another picture of it, whose bytes then come out again.
+///
+/// # Errors
+/// As [`render`]; [`ErrorKind::Invalid`] when the numbers are for a picture of another size.
+pub fn replay(scene: &Scene, samples: &Allocation, execution: Execution<'_>) -> Result<(Exposure, Counts)> {
+    match samples {
+        Allocation::Uniform(samples) => {
+            draw(scene, Sequence::Uniform(*samples), &execution, |picture, counts| {
+                picture.uniform(*samples, &execution, counts)
+            })
+        }
+        Allocation::Blocks(blocks) => {
+            let (width, height) = blocks.size();
+            if (width, height) != (scene.render.width, scene.render.height) {
+                return Err(Error::invalid(format!(
+                    "these are samples for {width} x {height} pixels, and the picture has {} x {}",
+                    scene.render.width, scene.render.height
+                )));
+            }
+            draw(scene, Sequence::Runs, &execution, |picture, counts| {
+                picture.allocated(blocks, &execution, counts)
+            })
+        }
+    }
+}
+
+/// Prepares what all tiles share and lets `make` draw them, in a pool of threads.
+fn draw(
+    scene: &Scene,
+    sequence: Sequence,
+    execution: &Execution<'_>,
+    make: impl FnOnce(&Picture<'_>, Counts) -> Result<(Exposure, Counts)> + Send,
+) -> Result<(Exposure, Counts)> {
     let optics = &scene.optics;
     if optics.film_reaches_aperture() {
         return Err(Error::invalid(
@@ -140,119 +144,39 @@ pub fn render(scene: &Scene, execution: Execution<'_>) -> Result<(Exposure, Coun
     pool.install(|| {
         let mut counts = Counts::default();
         let watch = Stopwatch::start(execution.clock);
-        Picture::new(scene, simd.level(), watch, &mut counts.stages).draw(&execution, counts)
+        let picture = Picture::new(scene, sequence, simd.level(), watch, &mut counts.stages);
+        make(&picture, counts)
     })
 }
 
-/// Everything that all tiles share.
-struct Picture<'a> {
-    surfaces: &'a Surfaces,
-    seed: u64,
-    /// Brightening of the shown picture.
-    gain: f32,
-    shared: bool,
-    surface_count: usize,
-    view: View,
-    positions: Vec<DVec3>,
-    images: Vec<Image>,
-    cutout: Vec<bool>,
-    shader: Shader<'a>,
-    splits: Splits,
-    cells: Vec<LensCell>,
-    bins: Bins,
-    falloff: Option<Falloff>,
-    samples: u32,
-    level: Level,
+fn cancelled(execution: &Execution<'_>) -> bool {
+    execution.cancel.is_some_and(|flag| flag.load(Ordering::Relaxed))
 }
 
-impl<'a> Picture<'a> {
-    fn new(scene: &'a Scene, level: Level, mut watch: Stopwatch<'_>, stages: &mut Stages) -> Self {
-        let optics = &scene.optics;
-        let surfaces = &scene.surfaces;
-        let frame = LensFrame::new(optics);
-        let positions: Vec<DVec3> = surfaces.positions.par_iter().map(|&p| frame.point(p)).collect();
-        let view = frame.view(scene);
-        let images = images(&view, &positions);
-        watch.lap(&mut stages.transform);
-        let samples = scene.render.samples;
-        let splits = Splits::new(samples);
-        let cells = splits.lens_cells(view.radius);
-        let bins = Bins::new(&view, &cells, &positions, &surfaces.triangles);
-        watch.lap(&mut stages.bin);
-        let cutout_materials: Vec<bool> = surfaces.materials.iter().map(Material::is_cutout).collect();
-        let cutout = surfaces.attributes.iter().map(|a| cutout_materials[a.material as usize]).collect();
-        let up = scene.up;
-        // Below 16 samples a pixel hardly any would share.
-        let shared = scene.render.share_shading && samples >= 16;
-        let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, up, |v| frame.vector(v));
-        let falloff = scene.render.falloff.then(|| Falloff::new(optics, &frame));
-        Self {
-            surfaces,
-            seed: scene.render.seed,
-            gain: libm::exp2(scene.render.exposure_ev) as f32,
-            shared,
-            surface_count: if shared && !surfaces.patches.of.is_empty() {
-                surfaces.patches.reference.len()
-            } else {
-                surfaces.triangles.len()
-            },
-            view,
-            positions,
-            images,
-            cutout,
-            shader,
-            splits,
-            cells,
-            bins,
-            falloff,
-            samples,
-            level,
-        }
-    }
+fn stopped() -> Error {
+    Error::new(ErrorKind::Cancelled, "stopped before the picture was done")
+}
 
-    fn draw(&self, execution: &Execution<'_>, mut counts: Counts) -> Result<(Exposure, Counts)> {
-        let tiles = (self.bins.tiles_x * self.bins.tiles_y) as usize;
-        let count = tiles * (TILE * TILE) as usize;
-        Vec::<[f32; 3]>::new().try_reserve_exact(count).map_err(|_| {
-            Error::new(ErrorKind::TooLarge, "the picture does not fit into memory")
-                .remedy("ask for a smaller --width")
-        })?;
-        // Zeroed by the system page by page: filling a large picture here would take seconds.
-        let mut pixels = vec![[0.0f32; 3]; count];
-        let done = AtomicUsize::new(0);
-        let cancelled = || execution.cancel.is_some_and(|flag| flag.load(Ordering::Relaxed));
-        let tallies: Vec<Tally> = pixels
-            .par_chunks_mut((TILE * TILE) as usize)
-            .enumerate()
-            .map_init(TileScratch::default, |scratch, (tile, out)| {
-                if cancelled() {
-                    return Tally::default();
-                }
-                let place = (tile as u32 % self.bins.tiles_x, tile as u32 / self.bins.tiles_x);
-                let watch = Stopwatch::start(execution.clock);
-                let tally = self.draw_tile(scratch, place, out, watch, &cancelled);
-                if let Some(progress) = execution.progress {
-                    progress(done.fetch_add(1, Ordering::Relaxed) + 1, tiles);
-                }
-                tally
-            })
-            .collect();
-        if cancelled() {
-            return Err(Error::new(ErrorKind::Cancelled, "stopped before the picture was done"));
-        }
-        let (width, height) = (self.view.width, self.view.height);
-        let values = 3.0 * f64::from(width) * f64::from(height);
-        // Tile by tile in order: the same sum whatever the threads did.
-        let rms = (self.samples > 1)
-            .then(|| (tallies.iter().map(|tally| tally.squared_error).sum::<f64>() / values).sqrt());
-        counts.triangles = self.surfaces.triangles.len();
-        counts.surfaces = self.surface_count;
-        counts.bin_entries = self.bins.entries();
-        counts.samples = u64::from(width) * u64::from(height) * u64::from(self.samples);
-        for tally in &tallies {
-            counts.shading_requests += tally.requests;
-            counts.stages.add(&tally.stages);
-        }
-        Ok((Exposure::new(width, height, pixels, rms), counts))
-    }
+fn too_large() -> Error {
+    Error::new(ErrorKind::TooLarge, "the picture does not fit into memory")
+        .remedy("ask for a smaller --width")
+}
+
+/// The finished exposure, and the last counts.
+fn done(
+    picture: &Picture<'_>,
+    (pixels, errors): (Vec<[f32; 3]>, Vec<f32>),
+    rms: Option<f64>,
+    samples: Allocation,
+    counts: Counts,
+) -> (Exposure, Counts) {
+    let (width, height) = (picture.view.width, picture.view.height);
+    let counts = Counts {
+        triangles: picture.surfaces.triangles.len(),
+        surfaces: picture.surface_count,
+        bin_entries: picture.bins.entries(),
+        samples: (f64::from(width) * f64::from(height) * samples.mean()).round() as u64,
+        ..counts
+    };
+    (Exposure::new((width, height), pixels, errors, rms, samples), counts)
 }

@@ -8,6 +8,7 @@
 
 use crate::raster::LANES;
 use crate::raster::view::{Batch, LensCell, Pattern};
+use crate::sampling::runs::{self, Run};
 use crate::sampling::{self, Sample};
 
 /// How often each dimension of a sample is halved.
@@ -15,6 +16,10 @@ use crate::sampling::{self, Sample};
 pub(super) struct Splits {
     /// Pixel x, lens a, pixel y, lens b.
     bits: [u32; 4],
+    /// How often the regions of the lens may be halved.
+    most_lens_bits: u32,
+    /// The number of its first region of the lens among all of the picture.
+    first_cell: usize,
 }
 
 /// More regions of the lens would cost more in boxes than they save in visits.
@@ -24,7 +29,22 @@ impl Splits {
     /// One cluster for each 16 samples.
     pub(super) fn new(samples: u32) -> Self {
         let splits = (samples / LANES as u32).max(1).ilog2();
-        Self { bits: ORDER.map(|turn| (splits + 3 - turn) / 4) }
+        let bits = ORDER.map(|turn| (splits + 3 - turn) / 4);
+        Self { bits, most_lens_bits: MOST_LENS_BITS, first_cell: 0 }
+    }
+
+    /// Those of a run of samples: its regions are the whole lens, or the quarters, which come after it.
+    pub(super) fn of_run(run: Run) -> Self {
+        let all = Self::new(run.count);
+        let quarters = all.bits[1].min(all.bits[3]).min(1);
+        Self { most_lens_bits: quarters, first_cell: quarters as usize, ..all }
+    }
+
+    /// The regions of the lens of all runs.
+    pub(super) fn run_cells(radius: f64) -> Vec<LensCell> {
+        let smallest = Run { first: 0, count: runs::FIRST_RUN };
+        let largest = Run { first: 0, count: runs::MOST_SAMPLES };
+        [smallest, largest].into_iter().flat_map(|run| Self::of_run(run).lens_cells(radius)).collect()
     }
 
     /// The number of clusters.
@@ -33,7 +53,7 @@ impl Splits {
     }
 
     fn lens_bits(self) -> [u32; 2] {
-        [self.bits[1].min(MOST_LENS_BITS), self.bits[3].min(MOST_LENS_BITS)]
+        [self.bits[1].min(self.most_lens_bits), self.bits[3].min(self.most_lens_bits)]
     }
 
     /// The cluster of a sample, and the region of the lens that it lies in.
@@ -44,7 +64,7 @@ impl Splits {
         };
         let cluster = (0..4).fold(0, |sum, d| sum << self.bits[d] | interval(d, self.bits[d]));
         let [a, b] = self.lens_bits();
-        (cluster, interval(3, b) << a | interval(1, a))
+        (cluster, self.first_cell + (interval(3, b) << a | interval(1, a)))
     }
 
     /// The regions of the lens, each with a circle around it.
@@ -90,8 +110,8 @@ impl Splits {
 /// within the aperture than within a pixel (2.5 groups a pixel and batch on the tower instead of 3.1).
 const ORDER: [u32; 4] = [2, 0, 3, 1];
 
-/// The samples of tile `(tx, ty)` with `samples` a pixel.
-pub(super) fn pattern(seed: u64, (tx, ty): (u32, u32), samples: u32, splits: Splits) -> Pattern {
+/// The samples of `run` in tile `(tx, ty)` of a picture with `samples` a pixel or, where they go on, at least 16.
+pub(super) fn pattern(seed: u64, (tx, ty): (u32, u32), samples: u32, run: Run, splits: Splits) -> Pattern {
     // Below 16 samples a batch serves several pixels, so that no lane is idle.
     let (block_width, block_height) = sampling::block(samples);
     let mut members: Vec<Vec<(u32, u32, usize, Sample)>> = vec![Vec::new(); splits.clusters()];
@@ -99,7 +119,7 @@ pub(super) fn pattern(seed: u64, (tx, ty): (u32, u32), samples: u32, splits: Spl
         for pixel in 0..block_width * block_height {
             let (x, y) = (pixel % block_width, pixel / block_width);
             let stream = sampling::pixel_stream(tx * sampling::GRID + x, ty * sampling::GRID + y, samples);
-            for index in (replicate..samples).step_by(2) {
+            for index in (run.first + replicate..run.end()).step_by(2) {
                 let sample = sampling::sample(seed, stream, index);
                 let (cluster, cell) = splits.place(&sample);
                 members[cluster].push((index, pixel, cell, sample));
@@ -141,7 +161,7 @@ mod tests {
     #[test]
     fn clusters_of_a_power_of_two_hold_sixteen_samples_eight_of_each_half() {
         for samples in [16, 32, 64, 256, 1024, 4096] {
-            let pattern = pattern(3, (5, 7), samples, Splits::new(samples));
+            let pattern = pattern(3, (5, 7), samples, Run { first: 0, count: samples }, Splits::new(samples));
             assert_eq!(pattern.batches.len() as u32, samples / 16);
             for batch in &pattern.batches {
                 assert_eq!((batch.live, batch.odd.count_ones()), (0xffff, 8));
@@ -154,7 +174,7 @@ mod tests {
         for samples in [1, 2, 3, 7, 8, 16, 37, 100, 500] {
             let splits = Splits::new(samples);
             let cells = splits.lens_cells(1.0);
-            let pattern = pattern(0, (0, 0), samples, splits);
+            let pattern = pattern(0, (0, 0), samples, Run { first: 0, count: samples }, splits);
             let pixels = pattern.block_width * pattern.block_height;
             let mut seen = vec![0; (samples * pixels) as usize];
             for batch in &pattern.batches {

@@ -7,6 +7,7 @@
 //! lens, so every power of two of consecutive points puts equally many in each elementary interval.
 
 mod aperture;
+pub mod runs;
 mod sobol;
 
 pub use aperture::{disk_from_square, square_cell};

@@ -45,8 +45,8 @@ pub struct PictureSettings {
     pub width: u32,
     /// Pixels.
     pub height: u32,
-    /// Samples for each pixel; at least 1.
-    pub samples: u32,
+    /// When it is good enough.
+    pub budget: Budget,
     /// Stops by which the PNG is brightened.
     pub exposure_ev: f64,
     /// Whether the corners darken as they do in a camera.
@@ -140,8 +140,7 @@ impl SceneDescription {
             });
         }
         surfaces.find_patches();
-        let RenderSettings { exposure_ev, falloff, seed, .. } = self.render;
-        let samples = if let Budget::Samples(samples) = self.render.budget { samples } else { 256 };
+        let RenderSettings { budget, exposure_ev, falloff, seed, .. } = self.render;
         Ok(Scene {
             optics,
             up: self.up,
@@ -152,7 +151,7 @@ impl SceneDescription {
             render: PictureSettings {
                 width,
                 height,
-                samples,
+                budget,
                 exposure_ev,
                 falloff,
                 seed,
@@ -203,16 +202,17 @@ impl Scene {
         description.load(&files, file.parent().unwrap_or(Path::new("")), None)
     }
 
-    /// The hash of the resolved scene and the bytes of its assets, not their paths: SHA-256 in hexadecimal.
+    /// The hash of the resolved scene and the bytes of its assets, not their paths: SHA-256 in hexadecimal. How good the
+    /// picture is to be does not change it.
     pub fn hash(&self) -> String {
+        let render = PictureSettings { budget: Budget::Samples(1), ..self.render };
         let mut text = format!(
-            "{:?} {:?} {:?} {:?} {:?} {:?} ",
+            "{:?} {:?} {:?} {:?} {:?} {render:?} ",
             self.optics.camera(),
             self.up,
             self.circle_of_confusion,
             self.sun,
             self.sky,
-            self.render
         );
         for mesh in &self.meshes {
             text.push_str(&format!("{:?} {:?} ", mesh.placement, mesh.bounds));
@@ -228,8 +228,9 @@ impl Scene {
     /// [`ErrorKind::TooLarge`] with the sizes.
     pub fn check_memory(&self, available: u64) -> Result<()> {
         let pixels = u64::from(self.render.width) * u64::from(self.render.height);
-        // The exposure, and what bins and boxes take.
-        let need = pixels * 12 + self.surfaces.triangles.len() as u64 * 700;
+        // The exposure, with the sums of a picture that comes in rounds; and what bins and boxes take.
+        let pixel = if matches!(self.render.budget, Budget::Samples(_)) { 12 } else { 40 };
+        let need = pixels * pixel + self.surfaces.triangles.len() as u64 * 700;
         if need > available {
             return Err(Error::new(
                 ErrorKind::TooLarge,

@@ -1,6 +1,6 @@
 //! From a description to optics: movements solved, and what cannot be drawn yet refused by name.
 
-use super::description::{Budget, SceneDescription};
+use super::description::SceneDescription;
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::optics::{self, Optics};
@@ -34,12 +34,11 @@ impl SceneDescription {
         })
     }
 
-    /// Refuses by name what the scene asks for and rendering cannot do yet: nothing is silently ignored. With
-    /// `samples_given` a number of samples from elsewhere replaces the scene's target.
+    /// Refuses by name what the scene asks for and rendering cannot do yet: nothing is silently ignored.
     ///
     /// # Errors
     /// [`crate::error::ErrorKind::Invalid`] with the key's line.
-    pub fn refuse_unbuilt_effects(&self, samples_given: bool) -> Result<()> {
+    pub fn refuse_unbuilt_effects(&self) -> Result<()> {
         let asked = [
             (self.sun.is_some_and(|sun| sun.shadows), "sun.shadows", "shadows = false"),
             (
@@ -48,16 +47,6 @@ impl SceneDescription {
                 "no [camera.aperture] table: the aperture is then a disk",
             ),
             (self.render.diffraction, "render.diffraction", "diffraction = false"),
-            (
-                !samples_given && matches!(self.render.budget, Budget::MaxError(_)),
-                "render.max_error",
-                "samples = N",
-            ),
-            (
-                !samples_given && matches!(self.render.budget, Budget::Seconds(_)),
-                "render.time_budget_s",
-                "samples = N",
-            ),
         ];
         for (is_asked, key, instead) in asked {
             if is_asked {

@@ -8,7 +8,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 use groundglass::sampling;
-use groundglass::scene::{NONE, Scene, Texture};
+use groundglass::scene::{Budget, NONE, Scene, Texture};
 
 /// A pixel's mean, and how many of its samples lie so near to an edge, or two surfaces so near to each
 /// other, that single precision may decide otherwise.
@@ -20,7 +20,7 @@ pub struct Pixel {
 /// Renders the pixel in column `i` and row `j`.
 pub fn pixel(scene: &Scene, i: u32, j: u32) -> Pixel {
     let mut out = Pixel { mean: DVec3::ZERO, in_doubt: 0 };
-    let n = scene.render.samples;
+    let Budget::Samples(n) = scene.render.budget else { panic!("the oracle needs a number of samples") };
     let stream = sampling::pixel_stream(i, j, n);
     for k in 0..n {
         let s = sampling::sample(scene.render.seed, stream, k);

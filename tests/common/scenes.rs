@@ -5,7 +5,7 @@ use groundglass::camera::{Aperture, Camera, FilmSize, Standard};
 use groundglass::optics::Optics;
 use groundglass::quantity::{Angle, FNumber, Length};
 use groundglass::scene::{
-    Attributes, Level, Material, NONE, PictureSettings, Scene, Sky, Sun, Surfaces, Texture,
+    Attributes, Budget, Level, Material, NONE, PictureSettings, Scene, Sky, Sun, Surfaces, Texture,
 };
 use std::sync::Arc;
 
@@ -198,7 +198,7 @@ pub fn scene(camera: &Camera, surfaces: Surfaces, width: u32, samples: u32) -> S
         render: PictureSettings {
             width,
             height: (f64::from(width) * 0.8).round() as u32,
-            samples,
+            budget: Budget::Samples(samples),
             exposure_ev: 0.0,
             falloff: false,
             seed: 0,

@@ -1,0 +1,114 @@
+//! What all tiles of a picture share: geometry in the lens frame, bins, the shader.
+
+use super::frame::{Falloff, LensFrame};
+use super::pattern::Splits;
+use super::stages::{Stages, Stopwatch};
+use crate::raster::TILE;
+use crate::raster::bin::Bins;
+use crate::raster::setup::{Image, images};
+use crate::raster::view::{LensCell, View};
+use crate::sampling::{self, runs};
+use crate::scene::{Material, Scene, Surfaces};
+use crate::shade::Shader;
+use fearless_simd::Level;
+use glam::DVec3;
+use rayon::prelude::*;
+
+// Tiles of the rasterizer are the squares that share lens points.
+const _: () = assert!(sampling::GRID == TILE);
+
+/// Which samples there are.
+#[derive(Clone, Copy)]
+pub(super) enum Sequence {
+    /// Exactly this many of each pixel, sorted all together.
+    Uniform(u32),
+    /// Runs of [`sampling::runs`], each sorted by itself, so that any of them may be the last.
+    Runs,
+}
+
+/// Everything that all tiles share.
+pub(super) struct Picture<'a> {
+    pub(super) surfaces: &'a Surfaces,
+    pub(super) seed: u64,
+    /// Brightening of the shown picture.
+    pub(super) gain: f32,
+    pub(super) shared: bool,
+    pub(super) surface_count: usize,
+    pub(super) view: View,
+    pub(super) positions: Vec<DVec3>,
+    pub(super) images: Vec<Image>,
+    pub(super) cutout: Vec<bool>,
+    pub(super) shader: Shader<'a>,
+    pub(super) cells: Vec<LensCell>,
+    pub(super) bins: Bins,
+    pub(super) falloff: Option<Falloff>,
+    /// The number of samples that the streams of pixels go by: see [`sampling::block`].
+    pub(super) streams: u32,
+    pub(super) level: Level,
+}
+
+impl<'a> Picture<'a> {
+    pub(super) fn new(
+        scene: &'a Scene,
+        sequence: Sequence,
+        level: Level,
+        mut watch: Stopwatch<'_>,
+        stages: &mut Stages,
+    ) -> Self {
+        let optics = &scene.optics;
+        let surfaces = &scene.surfaces;
+        let frame = LensFrame::new(optics);
+        let positions: Vec<DVec3> = surfaces.positions.par_iter().map(|&p| frame.point(p)).collect();
+        let view = frame.view(scene);
+        let images = images(&view, &positions);
+        watch.lap(&mut stages.transform);
+        let (streams, cells) = match sequence {
+            Sequence::Uniform(samples) => (samples, Splits::new(samples).lens_cells(view.radius)),
+            Sequence::Runs => (runs::FIRST_RUN, Splits::run_cells(view.radius)),
+        };
+        let bins = Bins::new(&view, &cells, &positions, &surfaces.triangles);
+        watch.lap(&mut stages.bin);
+        let cutout_materials: Vec<bool> = surfaces.materials.iter().map(Material::is_cutout).collect();
+        let cutout = surfaces.attributes.iter().map(|a| cutout_materials[a.material as usize]).collect();
+        let up = scene.up;
+        // Below 16 samples a pixel hardly any would share.
+        let shared = scene.render.share_shading && streams >= 16;
+        let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, up, |v| frame.vector(v));
+        let falloff = scene.render.falloff.then(|| Falloff::new(optics, &frame));
+        Self {
+            surfaces,
+            seed: scene.render.seed,
+            gain: libm::exp2(scene.render.exposure_ev) as f32,
+            shared,
+            surface_count: if shared && !surfaces.patches.of.is_empty() {
+                surfaces.patches.reference.len()
+            } else {
+                surfaces.triangles.len()
+            },
+            view,
+            positions,
+            images,
+            cutout,
+            shader,
+            cells,
+            bins,
+            falloff,
+            streams,
+            level,
+        }
+    }
+
+    pub(super) fn tiles(&self) -> usize {
+        (self.bins.tiles_x * self.bins.tiles_y) as usize
+    }
+
+    /// Column and row of a tile.
+    pub(super) fn place(&self, tile: usize) -> (u32, u32) {
+        (tile as u32 % self.bins.tiles_x, tile as u32 / self.bins.tiles_x)
+    }
+
+    /// How many values the picture has: pixels times channels.
+    pub(super) fn values(&self) -> f64 {
+        3.0 * f64::from(self.view.width) * f64::from(self.view.height)
+    }
+}

@@ -1,0 +1,51 @@
+//! From sums to a picture: means out, and what the two halves of the samples say of their error.
+
+use super::picture::Picture;
+use crate::picture::BLOCK;
+use crate::raster::TILE;
+use glam::Vec3;
+
+/// Blocks on the side of a tile.
+pub(super) const BLOCKS: u32 = TILE / BLOCK;
+
+/// A number for each block of a tile, row by row.
+pub(super) type ByBlock<T> = [T; (BLOCKS * BLOCKS) as usize];
+
+impl Picture<'_> {
+    /// The squared errors of each block of a tile, summed over pixels and channels; `samples` for each pixel of a block.
+    /// With `out`, its means go there, and with `errors` each pixel's own error.
+    ///
+    /// Half of the samples are an independent estimate of the picture, and so is the other half; the mean weighs them
+    /// by their sizes, and for equal halves its squared error is a quarter of their squared difference.
+    pub(super) fn resolve(
+        &self,
+        (tx, ty): (u32, u32),
+        sums: &[[Vec3; 2]],
+        samples: &ByBlock<u32>,
+        mut out: Option<&mut [[f32; 3]]>,
+        mut errors: Option<&mut [f32]>,
+    ) -> ByBlock<f64> {
+        let mut squared = ByBlock::default();
+        let shown = |sum: Vec3, n: u32| (sum * (self.gain / n as f32)).clamp(Vec3::ZERO, Vec3::ONE);
+        for y in 0..TILE.min(self.view.height - ty * TILE) {
+            for x in 0..TILE.min(self.view.width - tx * TILE) {
+                let (at, block) = ((y * TILE + x) as usize, (y / BLOCK * BLOCKS + x / BLOCK) as usize);
+                let n = samples[block];
+                let (even, odd) = (n.div_ceil(2), n / 2);
+                let Some(&[a, b]) = sums.get(at).filter(|_| n > 0) else { continue };
+                if let Some(pixel) = out.as_deref_mut().and_then(|out| out.get_mut(at)) {
+                    *pixel = ((a + b) / n as f32).to_array();
+                }
+                if odd > 0 {
+                    let share = f64::from(even) * f64::from(odd) / (f64::from(n) * f64::from(n));
+                    let error = share * (shown(a, even) - shown(b, odd)).as_dvec3().length_squared();
+                    squared[block] += error;
+                    if let Some(pixel) = errors.as_deref_mut().and_then(|errors| errors.get_mut(at)) {
+                        *pixel = (error / 3.0).sqrt() as f32;
+                    }
+                }
+            }
+        }
+        squared
+    }
+}

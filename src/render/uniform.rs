@@ -1,0 +1,77 @@
+//! The same number of samples for every pixel: tile by tile, each drawn once and resolved at once.
+
+use super::draw::{Step, TileScratch};
+use super::pattern::Splits;
+use super::picture::Picture;
+use super::stages::Stopwatch;
+use super::{Counts, Execution, cancelled, done, too_large};
+use crate::error::Result;
+use crate::picture::{Allocation, Exposure};
+use crate::raster::TILE;
+use crate::raster::visibility::EVERYWHERE;
+use crate::sampling::runs::Run;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+impl Picture<'_> {
+    /// Draws `samples` samples of every pixel.
+    pub(super) fn uniform(
+        &self,
+        samples: u32,
+        execution: &Execution<'_>,
+        mut counts: Counts,
+    ) -> Result<(Exposure, Counts)> {
+        let (area, tiles) = ((TILE * TILE) as usize, self.tiles());
+        // Zeroed by the system page by page: filling a large picture here would take seconds.
+        let mut pixels = zeroed(tiles * area, [0.0f32; 3])?;
+        let mut errors = zeroed(if execution.error_map { tiles * area } else { 0 }, 0.0f32)?;
+        let finished = AtomicUsize::new(0);
+        let stop = || cancelled(execution);
+        let step =
+            Step { run: Run { first: 0, count: samples }, splits: Splits::new(samples), wanted: EVERYWHERE };
+        let draw = |scratch: &mut (TileScratch, Vec<_>), tile: usize, out, errors: Option<&mut [f32]>| {
+            let (scratch, sums) = scratch;
+            sums.clear();
+            let watch = Stopwatch::start(execution.clock);
+            let (mut tally, steps) = self.draw_tile(scratch, self.place(tile), &[step], sums, watch, &stop);
+            let mut watch = Stopwatch::start(execution.clock);
+            let squared = match steps {
+                0 => 0.0,
+                _ => self.resolve(self.place(tile), sums, &[samples; 16], Some(out), errors).iter().sum(),
+            };
+            watch.lap(&mut tally.stages.resolve);
+            if let Some(progress) = execution.progress {
+                progress(finished.fetch_add(1, Ordering::Relaxed) + 1, tiles);
+            }
+            (tally, squared)
+        };
+        let each = pixels.par_chunks_mut(area).enumerate();
+        let tallies: Vec<_> = if execution.error_map {
+            each.zip(errors.par_chunks_mut(area))
+                .map_init(Default::default, |scratch, ((tile, out), errors)| {
+                    draw(scratch, tile, out, Some(errors))
+                })
+                .collect()
+        } else {
+            each.map_init(Default::default, |scratch, (tile, out)| draw(scratch, tile, out, None)).collect()
+        };
+        if stop() {
+            return Err(super::stopped());
+        }
+        // Tile by tile in order: the same sum whatever the threads did.
+        let squared = tallies.iter().map(|(_, squared)| squared).sum::<f64>();
+        for (tally, _) in &tallies {
+            counts.shading_requests += tally.requests;
+            counts.stages.add(&tally.stages);
+        }
+        let allocation = Allocation::Uniform(samples);
+        let rms = (samples > 1).then(|| (squared / self.values()).sqrt());
+        Ok(done(self, (pixels, errors), rms, allocation, counts))
+    }
+}
+
+/// That many, if there is room.
+pub(super) fn zeroed<T: Clone + Default>(count: usize, zero: T) -> Result<Vec<T>> {
+    Vec::<T>::new().try_reserve_exact(count).map_err(|_| too_large())?;
+    Ok(vec![zero; count])
+}

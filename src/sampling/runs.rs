@@ -1,0 +1,89 @@
+//! Runs of the sample sequence: the steps in which a block of pixels may go on, so that a picture that stops where
+//! it is good enough is made of the same samples, in the same order, however it came to stop there.
+//!
+//! A run is an aligned stretch of both halves of the sequence, so each is well distributed by itself.
+
+/// Samples `first..first + count` of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// The number of the first sample.
+    pub first: u32,
+    /// How many there are.
+    pub count: u32,
+}
+
+/// The first run: fewer samples cost hardly less, since 16 are drawn at once.
+pub const FIRST_RUN: u32 = 16;
+
+/// The most samples that runs lead to.
+pub const MOST_SAMPLES: u32 = 1 << 20;
+
+impl Run {
+    /// The run that follows `samples` samples: 16, 16, 32, then two to each doubling.
+    ///
+    /// `samples` is a number that runs lead to: 0, 16, 32, 64, 96, 128, 192, 256 and so on.
+    pub fn after(samples: u32) -> Self {
+        let count = match samples {
+            0..FIRST_RUN => FIRST_RUN,
+            FIRST_RUN..64 => samples,
+            _ => 1 << (samples.ilog2() - 1),
+        };
+        Self { first: samples, count }
+    }
+
+    /// How many samples there are after it.
+    pub fn end(self) -> u32 {
+        self.first + self.count
+    }
+
+    /// All runs that lead from `from` samples to at least `to`.
+    pub fn between(from: u32, to: u32) -> impl Iterator<Item = Self> {
+        let mut done = from;
+        std::iter::from_fn(move || {
+            (done < to).then(|| {
+                let run = Self::after(done);
+                done = run.end();
+                run
+            })
+        })
+    }
+}
+
+/// Whether runs lead to exactly this many samples.
+pub fn is_reached(samples: u32) -> bool {
+    samples <= MOST_SAMPLES && Run::between(0, samples).last().is_none_or(|run| run.end() == samples)
+}
+
+/// The number of samples, of those that runs lead to, that is nearest to `wanted` by ratio; at least 16.
+pub fn nearest(wanted: f64) -> u32 {
+    let mut at = FIRST_RUN;
+    while at < MOST_SAMPLES {
+        let next = Run::after(at).end();
+        if wanted * wanted < f64::from(at) * f64::from(next) {
+            break;
+        }
+        at = next;
+    }
+    at
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_follow_one_another_and_are_aligned() {
+        let ends: Vec<u32> = Run::between(0, 1024).map(Run::end).collect();
+        assert_eq!(ends, [16, 32, 64, 96, 128, 192, 256, 384, 512, 768, 1024]);
+        for run in Run::between(0, MOST_SAMPLES) {
+            assert!(run.count.is_power_of_two() && run.first % run.count == 0, "{run:?}");
+        }
+        assert_eq!(Run::between(0, MOST_SAMPLES).last().map(Run::end), Some(MOST_SAMPLES));
+        assert!(is_reached(0) && is_reached(96) && !is_reached(48) && !is_reached(MOST_SAMPLES + 1));
+    }
+
+    #[test]
+    fn the_nearest_number_is_nearest_by_ratio() {
+        assert_eq!([0.0, 22.0, 23.0, 78.0, 79.0, 1e9].map(nearest), [16, 16, 32, 64, 96, MOST_SAMPLES]);
+    }
+}

@@ -1,0 +1,173 @@
+//! Pictures that stop at an error or a time: the error is true, the samples can be told and drawn again.
+
+mod common;
+#[path = "common/program.rs"]
+mod program;
+
+use common::scenes::{Random, Setting, camera, scene, yard};
+use glam::DVec3;
+use groundglass::picture::Allocation;
+use groundglass::render::{Execution, render, replay};
+use groundglass::scene::{Budget, Scene};
+use groundglass::{ErrorKind, Exposure};
+use program::{CAMERA, TRIANGLE, run};
+use std::time::Instant;
+
+/// Surfaces with textures, seen with a wide aperture: some of the picture is sharp, some flat, some far out of focus.
+fn blurred(seed: u64) -> Scene {
+    let setting = Setting { front: [4.0, -3.0], rear: [0.0, 0.0], f_number: 2.8, stretch: 1.03, rise: 0.0 };
+    let camera = camera(DVec3::new(0.3, 1.2, 2.5), DVec3::new(0.0, 0.9, -3.0), 150.0, setting);
+    let mut surfaces = yard(&mut Random(5), 60);
+    surfaces.find_patches();
+    let mut scene = scene(&camera, surfaces, 96, 64);
+    scene.render.seed = seed;
+    scene
+}
+
+fn draw(scene: &Scene) -> Exposure {
+    render(scene, Execution::default()).unwrap().0
+}
+
+fn bits(exposure: &Exposure) -> Vec<u32> {
+    let pixels = (0..exposure.height()).flat_map(|y| (0..exposure.width()).map(move |x| (x, y)));
+    pixels.flat_map(|(x, y)| exposure.pixel(x, y).map(f32::to_bits)).collect()
+}
+
+/// Root mean square difference of the pictures clamped to 0..1.
+fn gap(a: &Exposure, b: &Exposure) -> f64 {
+    let (a, b) = (bits(a), bits(b));
+    let shown = |bits: u32| f64::from(f32::from_bits(bits).clamp(0.0, 1.0));
+    let sum: f64 = a.iter().zip(&b).map(|(&a, &b)| (shown(a) - shown(b)) * (shown(a) - shown(b))).sum();
+    (sum / a.len() as f64).sqrt()
+}
+
+#[test]
+fn the_stated_error_is_the_true_one_and_a_target_is_reached() {
+    // The truth has a seed of its own.
+    let mut scene = blurred(99);
+    scene.render.budget = Budget::Samples(16_384);
+    let truth = draw(&scene);
+    for samples in [4, 16, 64, 256, 1024] {
+        let (mut stated, mut found) = (0.0, 0.0);
+        for seed in 0..4 {
+            let mut scene = blurred(seed);
+            scene.render.budget = Budget::Samples(samples);
+            let picture = draw(&scene);
+            stated += picture.rms_error().unwrap().powf(2.0);
+            found += gap(&picture, &truth).powf(2.0);
+        }
+        let ratio = (stated / found).sqrt();
+        println!("{samples} samples: error {:.5}, stated over true {ratio:.3}", (found / 4.0).sqrt());
+        assert!(
+            (1.0 / 1.25..1.25).contains(&ratio),
+            "{samples} samples: stated {ratio} times the true error"
+        );
+    }
+    let mut misses = 0;
+    for seed in 0..20 {
+        for target in [0.02, 0.006] {
+            let mut scene = blurred(seed);
+            scene.render.budget = Budget::MaxError(target);
+            let picture = draw(&scene);
+            let found = gap(&picture, &truth);
+            println!(
+                "seed {seed}: {:.3} of {target}, stated {:.3}",
+                found / target,
+                picture.rms_error().unwrap() / target
+            );
+            assert!(picture.rms_error().unwrap() <= target && found <= 1.2 * target, "seed {seed}: {found}");
+            misses += u32::from(found > target);
+        }
+    }
+    assert!(misses <= 2, "{misses} of 40 beyond the error that was asked for");
+}
+
+#[test]
+fn samples_go_where_the_error_is() {
+    let mut scene = blurred(3);
+    scene.render.budget = Budget::MaxError(0.004);
+    let adaptive = draw(&scene);
+    let (least, most) = adaptive.samples().range();
+    assert!(most >= 4 * least, "{least} to {most}");
+    // As many samples for all give a larger error.
+    scene.render.budget = Budget::Samples(adaptive.samples().mean().round() as u32);
+    let uniform = draw(&scene);
+    assert!(
+        uniform.rms_error() > adaptive.rms_error(),
+        "{:?} {:?}",
+        uniform.rms_error(),
+        adaptive.rms_error()
+    );
+}
+
+#[test]
+fn the_same_bytes_for_any_thread_count_and_in_a_replay() {
+    let mut scene = blurred(5);
+    scene.render.budget = Budget::MaxError(0.008);
+    let one = render(&scene, Execution { threads: Some(1), ..Execution::default() }).unwrap().0;
+    for threads in [2, 3, 8] {
+        let other = render(&scene, Execution { threads: Some(threads), ..Execution::default() }).unwrap().0;
+        assert!(bits(&one) == bits(&other) && one.samples() == other.samples(), "{threads} threads");
+    }
+    let start = Instant::now();
+    let clock = || start.elapsed().as_secs_f64();
+    scene.render.budget = Budget::Seconds(0.2);
+    let (timed, _) = render(&scene, Execution { clock: Some(&clock), ..Execution::default() }).unwrap();
+    let text = timed.samples().to_text();
+    let samples = Allocation::from_text(timed.width(), timed.height(), &text).unwrap();
+    let (again, _) = replay(&scene, &samples, Execution::default()).unwrap();
+    assert!(bits(&timed) == bits(&again) && timed.rms_error() == again.rms_error());
+    let other = Allocation::from_text(8, 8, "1x16").unwrap();
+    assert_eq!(replay(&scene, &other, Execution::default()).unwrap_err().kind(), ErrorKind::Invalid);
+}
+
+#[test]
+fn the_map_of_errors_adds_up_to_the_stated_one() {
+    for budget in [Budget::Samples(24), Budget::MaxError(0.01)] {
+        let mut scene = blurred(1);
+        scene.render.budget = budget;
+        let (picture, _) = render(&scene, Execution { error_map: true, ..Execution::default() }).unwrap();
+        let pixels = (0..picture.height()).flat_map(|y| (0..picture.width()).map(move |x| (x, y)));
+        let squares: Vec<f64> =
+            pixels.map(|(x, y)| f64::from(picture.pixel_error(x, y).unwrap()).powf(2.0)).collect();
+        let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+        assert!((rms / picture.rms_error().unwrap() - 1.0).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn on_the_command_line() {
+    let keep = tempfile::tempdir().unwrap();
+    let folder = keep.path();
+    let text = format!("{CAMERA}[render]\nwidth = 64\n[[mesh]]\npath = \"t.obj\"\n");
+    std::fs::write(folder.join("scene.toml"), &text).unwrap();
+    std::fs::write(folder.join("t.obj"), TRIANGLE).unwrap();
+    let stats = || -> serde_json::Value {
+        serde_json::from_slice(&std::fs::read(folder.join("s.json")).unwrap()).unwrap()
+    };
+    let words = |more: &[&'static str]| [&["render", "scene.toml", "--stats", "s.json"][..], more].concat();
+    run(folder, &words(&["-o", "a.png", "--max-error", "0.01", "--error-map", "e.exr"])).expect(0, &[]);
+    assert!(stats()["estimated_rms_error"].as_f64().unwrap() <= 0.01 && folder.join("e.exr").exists());
+    run(folder, &words(&["-o", "b.png", "--time-budget", "300ms"])).expect(0, &[]);
+    let found = stats();
+    assert!(found["render_seconds"].as_f64().unwrap() > 0.0, "{found}");
+    std::fs::rename(folder.join("s.json"), folder.join("timed.json")).unwrap();
+    run(folder, &words(&["-o", "c.png", "--replay", "timed.json"])).expect(0, &[]);
+    assert!(std::fs::read(folder.join("b.png")).unwrap() == std::fs::read(folder.join("c.png")).unwrap());
+    // The same from the scene's own keys.
+    std::fs::write(folder.join("keys.toml"), text.replace("[render]", "[render]\nmax_error = 0.01")).unwrap();
+    run(folder, &["render", "keys.toml", "-o", "k.png"]).expect(0, &[]);
+    assert!(std::fs::read(folder.join("a.png")).unwrap() == std::fs::read(folder.join("k.png")).unwrap());
+
+    std::fs::write(folder.join("other.toml"), text.replace("5.6", "8")).unwrap();
+    run(folder, &["render", "other.toml", "-o", "d.png", "--replay", "timed.json"])
+        .expect(2, &["timed.json", "another scene"]);
+    run(folder, &["render", "scene.toml", "-o", "d.png", "--replay", "scene.toml"]).expect(2, &["--stats"]);
+    for wrong in [["--max-error", "0"], ["--max-error", "nan"], ["--time-budget", "0s"]] {
+        run(folder, &[&["render", "scene.toml", "-o", "d.png"][..], &wrong].concat()).expect(64, &[wrong[0]]);
+    }
+    run(folder, &words(&["--max-error", "0.1", "--time-budget", "1s"])).expect(64, &["cannot be used with"]);
+    run(folder, &words(&["-o", "s.json"])).expect(64, &["ends in .png"]);
+    run(folder, &words(&["-o", "a.exr", "--error-map", "a.exr"])).expect(64, &["--error-map", "one file"]);
+    assert!(!folder.join("d.png").exists());
+}
