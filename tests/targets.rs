@@ -33,6 +33,10 @@ fn bits(exposure: &Exposure) -> Vec<u32> {
     pixels.flat_map(|(x, y)| exposure.pixel(x, y).map(f32::to_bits)).collect()
 }
 
+fn square(x: f64) -> f64 {
+    x * x
+}
+
 /// Root mean square difference of the pictures clamped to 0..1.
 fn gap(a: &Exposure, b: &Exposure) -> f64 {
     let (a, b) = (bits(a), bits(b));
@@ -53,8 +57,8 @@ fn the_stated_error_is_the_true_one_and_a_target_is_reached() {
             let mut scene = blurred(seed);
             scene.render.budget = Budget::Samples(samples);
             let picture = draw(&scene);
-            stated += picture.rms_error().unwrap().powf(2.0);
-            found += gap(&picture, &truth).powf(2.0);
+            stated += square(picture.rms_error().unwrap());
+            found += square(gap(&picture, &truth));
         }
         let ratio = (stated / found).sqrt();
         println!("{samples} samples: error {:.5}, stated over true {ratio:.3}", (found / 4.0).sqrt());
@@ -129,7 +133,7 @@ fn the_map_of_errors_adds_up_to_the_stated_one() {
         let (picture, _) = render(&scene, Execution { error_map: true, ..Execution::default() }).unwrap();
         let pixels = (0..picture.height()).flat_map(|y| (0..picture.width()).map(move |x| (x, y)));
         let squares: Vec<f64> =
-            pixels.map(|(x, y)| f64::from(picture.pixel_error(x, y).unwrap()).powf(2.0)).collect();
+            pixels.map(|(x, y)| square(picture.pixel_error(x, y).unwrap().into())).collect();
         let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
         assert!((rms / picture.rms_error().unwrap() - 1.0).abs() < 1e-5);
     }
