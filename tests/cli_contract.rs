@@ -165,7 +165,8 @@ fn render_writes_the_contracts_numbers() {
         ("version", Of("s")),
     ];
     // Beyond the contract: what was counted, and where the time went.
-    for key in ["triangles", "surfaces", "bin_entries", "samples", "shading_requests"] {
+    for key in ["triangles", "surfaces", "bin_entries", "samples", "shading_requests", "unseen_light_blocks"]
+    {
         shape.push((key, Of("n")));
     }
     let stages = ["transform", "bin", "setup", "coverage", "group", "shading", "resolve"];

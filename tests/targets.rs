@@ -8,7 +8,7 @@ use common::scenes::{Random, Setting, camera, scene, yard};
 use glam::DVec3;
 use groundglass::picture::Allocation;
 use groundglass::render::{Execution, render, replay};
-use groundglass::scene::{Budget, Scene};
+use groundglass::scene::{Budget, Memory, Scene, parse};
 use groundglass::{ErrorKind, Exposure};
 use program::{CAMERA, TRIANGLE, run};
 use std::time::Instant;
@@ -136,6 +136,49 @@ fn the_map_of_errors_adds_up_to_the_stated_one() {
             pixels.map(|(x, y)| square(picture.pixel_error(x, y).unwrap().into())).collect();
         let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
         assert!((rms / picture.rms_error().unwrap() - 1.0).abs() < 1e-5);
+    }
+}
+
+/// A lamp of `size` metres, far out of focus, in a dark room.
+fn trap(seed: u64, size: f64, lamp: f64) -> Scene {
+    let toml = "[camera]\neye_m = [0, 1, 5]\nlook_at_m = [0, 1, 0]\nfocal_length_mm = 300\nf_number = 2.0
+film = \"4x5\"\n[focus]\ndistance_m = 1.0\n[[mesh]]\npath = \"lamp.obj\"\n[sky]\nambient = [0, 0, 0]
+horizon = [0.02, 0.02, 0.02]\nzenith = [0.02, 0.02, 0.02]\n[render]\nwidth = 160\n";
+    let obj =
+        format!("mtllib l.mtl\nusemtl l\nv -{size} 1 0\nv {size} 1 0\nv 0 {} 0\nf 1 2 3\n", 1.0 + 2.0 * size);
+    let mtl = format!("newmtl l\nKd 0 0 0\nKe {lamp} {lamp} {lamp}\n");
+    let files = Memory::new().with("lamp.obj", obj.into_bytes()).with("l.mtl", mtl.into_bytes());
+    let mut scene =
+        parse(toml, "trap.toml").unwrap().describe().unwrap().load(&files, "".as_ref(), None).unwrap();
+    scene.render.seed = seed;
+    scene
+}
+
+#[test]
+fn a_light_that_samples_miss_is_told_and_not_hidden() {
+    // A lamp of ten times the size and a hundredth of the brightness is blurred to nearly the same disk, and is met often.
+    let mut truth = trap(77, 0.02, 200.0);
+    truth.render.budget = Budget::Samples(65_536);
+    let truth = draw(&truth);
+    for seed in 0..5 {
+        let mut scene = trap(seed, 0.002, 20_000.0);
+        scene.render.budget = Budget::Samples(4);
+        let (picture, counts) = render(&scene, Execution::default()).unwrap();
+        let (stated, found) = (picture.rms_error().unwrap(), gap(&picture, &truth));
+        println!("seed {seed}: stated {stated:.4}, true {found:.4}, {} blocks", counts.unseen_light);
+        assert!(
+            counts.unseen_light > 20 && stated > found / 1.5 && stated < 1.5 * found,
+            "seed {seed}: {stated} and {found}"
+        );
+        // Out of reach for the small lamp, and said; for the larger one the first samples would agree that all is dark.
+        for (mut scene, can_be_had) in [(scene, false), (trap(seed, 0.02, 200.0), true)] {
+            scene.render.budget = Budget::MaxError(0.06);
+            let (picture, _) = render(&scene, Execution::default()).unwrap();
+            let (stated, found) = (picture.rms_error().unwrap(), gap(&picture, &truth));
+            println!("{} samples: stated {stated:.4}, true {found:.4}", picture.samples().mean());
+            assert!(stated > found / 1.5 && stated < 1.5 * found, "seed {seed}: {stated} and {found}");
+            assert!((stated <= 0.06) == can_be_had && (found <= 0.072) == can_be_had, "seed {seed}: {found}");
+        }
     }
 }
 

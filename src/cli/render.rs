@@ -203,6 +203,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         bin_entries: counts.bin_entries,
         samples: counts.samples,
         shading_requests: counts.shading_requests,
+        unseen_light_blocks: counts.unseen_light,
         stages: counts.stages,
         scene_hash: scene.hash(),
         version: env!("CARGO_PKG_VERSION"),
@@ -213,6 +214,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         output::write_text(target, &read, &text)?;
     }
     report::print(&summary(&path, &stats))?;
+    if counts.unseen_light > 0 {
+        report::warnings(&[unseen_light(&input.name(), counts.unseen_light)]);
+    }
     if let (Budget::MaxError(wanted), Some(reached), None) =
         (scene.render.budget, exposure.rms_error(), &allocation)
         && reached > wanted
@@ -223,6 +227,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         first_steps(&scene, &path)?;
     }
     Ok(())
+}
+
+/// False convergence, told.
+fn unseen_light(file: &str, blocks: u64) -> Warning {
+    Warning {
+        file: file.to_owned(),
+        line: None,
+        message: format!(
+            "a light is so small and bright that the samples may have missed it in {blocks} blocks of 8 x 8 pixels; the stated \
+             error counts what it could add there, and more samples would tell"
+        ),
+    }
 }
 
 /// An error that no reasonable number of samples reaches.

@@ -25,6 +25,8 @@ pub(super) struct Stats {
     pub(super) samples: u64,
     /// Groups of samples that were shaded together.
     pub(super) shading_requests: u64,
+    /// Blocks whose samples may have missed a small bright light.
+    pub(super) unseen_light_blocks: u64,
     pub(super) stages: groundglass::render::Stages,
     pub(super) scene_hash: String,
     pub(super) version: &'static str,

@@ -224,9 +224,10 @@ impl<'a> Progressive<'a> {
                     let end = count.checked_sub(1).map_or(0, |last| steps[last].run.end());
                     let reached: ByBlock<u32> =
                         std::array::from_fn(|block| now[block].max(then[block].min(end)));
-                    let errors = picture.resolve((tx, ty), sums, &reached, None, None);
+                    let mut resolved = picture.resolve((tx, ty), sums, &reached, None, None);
+                    picture.highlights.raise((tx, ty), &reached, &mut resolved);
                     watch.lap(&mut tally.stages.resolve);
-                    (tally, reached, errors)
+                    (tally, reached, resolved.squared)
                 });
                 if let Some(progress) = execution.progress {
                     progress(finished.fetch_add(1, Ordering::Relaxed) + 1, tiles);
@@ -260,20 +261,23 @@ impl<'a> Progressive<'a> {
         let (area, picture, samples) = ((TILE * TILE) as usize, self.picture, &self.samples);
         let mut pixels = zeroed(self.sums.len() * area, [0.0f32; 3])?;
         let mut errors = zeroed(self.sums.len() * area, 0.0f32)?;
-        pixels.par_chunks_mut(area).zip(errors.par_chunks_mut(area)).zip(&self.sums).enumerate().for_each(
-            |(tile, ((out, errors), sums))| {
+        let tiles = pixels.par_chunks_mut(area).zip(errors.par_chunks_mut(area)).zip(&self.sums).enumerate();
+        let unseen: u64 = tiles
+            .map(|(tile, ((out, errors), sums))| {
                 let (tx, ty) = picture.place(tile);
                 let samples = std::array::from_fn(|block| {
                     samples.get(tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS)
                 });
-                picture.resolve((tx, ty), sums, &samples, Some(out), Some(errors));
-            },
-        );
+                let mut resolved = picture.resolve((tx, ty), sums, &samples, Some(out), Some(errors));
+                u64::from(picture.highlights.raise((tx, ty), &samples, &mut resolved))
+            })
+            .sum();
+        let counts = Counts { unseen_light: unseen, ..self.counts };
         let rms = Some((self.squared_error() / picture.values()).sqrt());
         if !execution.error_map {
             errors = Vec::new();
         }
-        Ok(done(picture, (pixels, errors), rms, Allocation::Blocks(self.samples), self.counts))
+        Ok(done(picture, (pixels, errors), rms, Allocation::Blocks(self.samples), counts))
     }
 }
 

@@ -32,6 +32,8 @@ pub(super) struct TileScratch {
 #[derive(Clone, Copy, Default)]
 pub(super) struct Tally {
     pub requests: u64,
+    /// Blocks that may have missed a light.
+    pub unseen_light: u64,
     pub stages: Stages,
 }
 

@@ -4,6 +4,7 @@ mod adaptive;
 mod allocate;
 mod draw;
 mod frame;
+mod highlights;
 mod pattern;
 mod picture;
 mod resolve;
@@ -54,6 +55,9 @@ pub struct Counts {
     pub samples: u64,
     /// Groups of samples of a pixel that were shaded together.
     pub shading_requests: u64,
+    /// Blocks of 8 x 8 pixels whose samples may have missed a small bright light; their part of the stated error is what
+    /// such a light may add.
+    pub unseen_light: u64,
     /// Where the time went.
     pub stages: Stages,
 }

@@ -1,6 +1,7 @@
 //! What all tiles of a picture share: geometry in the lens frame, bins, the shader.
 
 use super::frame::{Falloff, LensFrame};
+use super::highlights::Highlights;
 use super::pattern::Splits;
 use super::stages::{Stages, Stopwatch};
 use crate::raster::TILE;
@@ -44,6 +45,7 @@ pub(super) struct Picture<'a> {
     pub(super) falloff: Option<Falloff>,
     /// The number of samples that the streams of pixels go by: see [`sampling::block`].
     pub(super) streams: u32,
+    pub(super) highlights: Highlights,
     pub(super) level: Level,
 }
 
@@ -75,10 +77,12 @@ impl<'a> Picture<'a> {
         let shared = scene.render.share_shading && streams >= 16;
         let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, up, |v| frame.vector(v));
         let falloff = scene.render.falloff.then(|| Falloff::new(optics, &frame));
+        let gain = libm::exp2(scene.render.exposure_ev) as f32;
+        let highlights = Highlights::new(scene, &view, &positions, gain);
         Self {
             surfaces,
             seed: scene.render.seed,
-            gain: libm::exp2(scene.render.exposure_ev) as f32,
+            gain,
             shared,
             surface_count: if shared && !surfaces.patches.of.is_empty() {
                 surfaces.patches.reference.len()
@@ -94,6 +98,7 @@ impl<'a> Picture<'a> {
             bins,
             falloff,
             streams,
+            highlights,
             level,
         }
     }

@@ -11,8 +11,17 @@ pub(super) const BLOCKS: u32 = TILE / BLOCK;
 /// A number for each block of a tile, row by row.
 pub(super) type ByBlock<T> = [T; (BLOCKS * BLOCKS) as usize];
 
+/// What the sums of a tile say, block by block.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Resolved {
+    /// Squared errors, summed over pixels and channels.
+    pub squared: ByBlock<f64>,
+    /// The light of the block's pixels: the strongest channel, brightened and not clamped, summed.
+    pub light: ByBlock<f64>,
+}
+
 impl Picture<'_> {
-    /// The squared errors of each block of a tile, summed over pixels and channels; `samples` for each pixel of a block.
+    /// What the sums of a tile say; `samples` for each pixel of a block.
     /// With `out`, its means go there, and with `errors` each pixel's own error.
     ///
     /// Half of the samples are an independent estimate of the picture, and so is the other half; the mean weighs them
@@ -24,8 +33,8 @@ impl Picture<'_> {
         samples: &ByBlock<u32>,
         mut out: Option<&mut [[f32; 3]]>,
         mut errors: Option<&mut [f32]>,
-    ) -> ByBlock<f64> {
-        let mut squared = ByBlock::default();
+    ) -> Resolved {
+        let Resolved { mut squared, mut light } = Resolved::default();
         let shown = |sum: Vec3, n: u32| (sum * (self.gain / n as f32)).clamp(Vec3::ZERO, Vec3::ONE);
         for y in 0..TILE.min(self.view.height - ty * TILE) {
             for x in 0..TILE.min(self.view.width - tx * TILE) {
@@ -33,6 +42,7 @@ impl Picture<'_> {
                 let n = samples[block];
                 let (even, odd) = (n.div_ceil(2), n / 2);
                 let Some(&[a, b]) = sums.get(at).filter(|_| n > 0) else { continue };
+                light[block] += f64::from((a + b).max_element() * (self.gain / n as f32));
                 if let Some(pixel) = out.as_deref_mut().and_then(|out| out.get_mut(at)) {
                     *pixel = ((a + b) / n as f32).to_array();
                 }
@@ -46,6 +56,6 @@ impl Picture<'_> {
                 }
             }
         }
-        squared
+        Resolved { squared, light }
     }
 }

@@ -37,7 +37,13 @@ impl Picture<'_> {
             let mut watch = Stopwatch::start(execution.clock);
             let squared = match steps {
                 0 => 0.0,
-                _ => self.resolve(self.place(tile), sums, &[samples; 16], Some(out), errors).iter().sum(),
+                _ => {
+                    let place = self.place(tile);
+                    let mut resolved = self.resolve(place, sums, &[samples; 16], Some(out), errors);
+                    tally.unseen_light =
+                        u64::from(self.highlights.raise(place, &[samples; 16], &mut resolved));
+                    resolved.squared.iter().sum()
+                }
             };
             watch.lap(&mut tally.stages.resolve);
             if let Some(progress) = execution.progress {
@@ -62,6 +68,7 @@ impl Picture<'_> {
         let squared = tallies.iter().map(|(_, squared)| squared).sum::<f64>();
         for (tally, _) in &tallies {
             counts.shading_requests += tally.requests;
+            counts.unseen_light += tally.unseen_light;
             counts.stages.add(&tally.stages);
         }
         let allocation = Allocation::Uniform(samples);

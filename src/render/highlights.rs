@@ -1,0 +1,167 @@
+//! Lights so small and bright that few samples, or none, meet them: what they may add to a picture that has not seen them.
+//!
+//! Two halves of the samples that both miss a light agree, and say that nothing is wrong: false convergence. But geometry
+//! knows where the light can be seen. A light of `a` square pixels and radiance `L`, blurred over `D`, is met by a share
+//! `q = a / D` of the samples of each pixel there, and adds `m = L q` to it. While `n` samples of a pixel are expected to
+//! meet it fewer than [`ENOUGH`] times, the error there is taken to be at least `m` (most pixels have not seen it, and the few
+//! that have are clamped to 1) or, once `n q > 1`, the noise `m / sqrt(n q)`. Where the samples of a whole block should have
+//! met it several times and have not, it is hidden.
+
+use super::resolve::{BLOCKS, ByBlock, Resolved};
+use crate::picture::BLOCK;
+use crate::raster::bounds::Frustum;
+use crate::raster::view::View;
+use crate::scene::{Scene, Surfaces};
+use glam::{DVec2, DVec3, Vec3};
+
+/// Times that a light is expected to be met in a pixel before the samples' own word is taken.
+const ENOUGH: f64 = 16.0;
+
+/// Times that a light is expected to be met in a block before it counts as hidden when its light is not there.
+const SEVERAL: f64 = 8.0;
+
+/// Radiance, as shown, from which a small surface counts as a light: beyond what any picture shows.
+const BRIGHT: f32 = 2.0;
+
+/// What lights may add to the pixels of a block.
+#[derive(Clone, Copy, Default)]
+struct Light {
+    /// The share of a pixel's samples that meet one.
+    share: f64,
+    /// Their light, mean over the samples.
+    mean: f64,
+}
+
+impl Light {
+    fn add(&mut self, other: &Self, sign: f64) {
+        self.share += sign * other.share;
+        self.mean += sign * other.mean;
+    }
+}
+
+/// The small bright lights of a picture.
+pub(super) struct Highlights {
+    columns: usize,
+    /// Block by block; empty where there are no such lights.
+    lights: Vec<Light>,
+}
+
+impl Highlights {
+    /// `positions` are those of the surfaces, in the lens frame.
+    pub(super) fn new(scene: &Scene, view: &View, positions: &[DVec3], gain: f32) -> Self {
+        let surfaces = &scene.surfaces;
+        let (columns, rows) = (view.width.div_ceil(BLOCK) as usize, view.height.div_ceil(BLOCK) as usize);
+        let bright: Vec<f32> = brightness(scene).into_iter().map(|light| light * gain).collect();
+        let is_bright = |t: usize| bright[surfaces.attributes[t].material as usize] >= BRIGHT;
+        if !bright.iter().any(|&light| light >= BRIGHT) || !(0..surfaces.triangles.len()).any(is_bright) {
+            return Self { columns, lights: Vec::new() };
+        }
+        // Each light marks the corners of its box; sums along rows and columns then fill the boxes.
+        let stride = columns + 1;
+        let mut lights = vec![Light::default(); stride * (rows + 1)];
+        let frustum = Frustum::new(view);
+        for t in (0..surfaces.triangles.len()).filter(|&t| is_bright(t)) {
+            let radiance = f64::from(bright[surfaces.attributes[t].material as usize]);
+            let Some((light, [low, high])) = seen(surfaces, view, &frustum, positions, t, radiance) else {
+                continue;
+            };
+            let block = |x: f64, most: usize| ((x / f64::from(BLOCK)).floor().max(0.0) as usize).min(most);
+            let (x0, x1) = (block(low.x, columns), block(high.x + f64::from(BLOCK), columns));
+            let (y0, y1) = (block(low.y, rows), block(high.y + f64::from(BLOCK), rows));
+            for (x, y, sign) in [(x0, y0, 1.0), (x1, y0, -1.0), (x0, y1, -1.0), (x1, y1, 1.0)] {
+                lights[y * stride + x].add(&light, sign);
+            }
+        }
+        for i in 0..lights.len() {
+            if i % stride > 0 {
+                let left = lights[i - 1];
+                lights[i].add(&left, 1.0);
+            }
+        }
+        for i in stride..lights.len() {
+            let above = lights[i - stride];
+            lights[i].add(&above, 1.0);
+        }
+        let lights = lights.chunks(stride).take(rows).flat_map(|row| row[..columns].to_vec()).collect();
+        Self { columns, lights }
+    }
+
+    /// Raises the squared errors of a tile's blocks, each a sum over pixels and channels, to what unseen lights may add. Tells
+    /// how many were raised.
+    pub(super) fn raise(&self, (tx, ty): (u32, u32), samples: &ByBlock<u32>, resolved: &mut Resolved) -> u32 {
+        let mut raised = 0;
+        let pixels = f64::from(BLOCK * BLOCK);
+        for (block, error) in resolved.squared.iter_mut().enumerate() {
+            let (x, y) = (tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS);
+            let at = y as usize * self.columns + x as usize;
+            let Some(light) = self.lights.get(at).filter(|_| (x as usize) < self.columns) else { continue };
+            let n = f64::from(samples[block]);
+            // Sums and differences leave a trace where there is nothing.
+            if n == 0.0 || light.share * n >= ENOUGH || light.share < 1e-12 {
+                continue;
+            }
+            let seen = resolved.light[block] / pixels;
+            if light.share * n * pixels >= SEVERAL && seen < 0.25 * light.mean {
+                continue;
+            }
+            let mean = light.mean.min(1.0);
+            let least = 3.0 * pixels * mean * mean / (n * light.share).max(1.0);
+            if least > *error {
+                *error = least;
+                raised += 1;
+            }
+        }
+        raised
+    }
+}
+
+/// The most light that comes from each material: its own, and what of sun and sky it gives back.
+fn brightness(scene: &Scene) -> Vec<f32> {
+    let sun = scene.sun.as_ref().map_or(Vec3::ZERO, |sun| sun.color.as_vec3());
+    let light = scene.sky.ambient.as_vec3() + sun;
+    let of = |material: &crate::scene::Material| {
+        (Vec3::from(material.emission) + Vec3::from(material.diffuse) * light).max_element()
+    };
+    scene.surfaces.materials.iter().map(of).collect()
+}
+
+/// What a triangle adds to the pixels that may see it, and the box of these, in pixels.
+fn seen(
+    surfaces: &Surfaces,
+    view: &View,
+    frustum: &Frustum,
+    positions: &[DVec3],
+    triangle: usize,
+    radiance: f64,
+) -> Option<(Light, [DVec2; 2])> {
+    let corners = surfaces.triangles[triangle].map(|i| positions[i as usize]);
+    if !corners.iter().all(|&corner| frustum.contains(corner)) {
+        // It comes near the lens, and is not small then.
+        return None;
+    }
+    let [c0, cu, cv] = &view.pixel_from_lens;
+    let places = corners.map(|corner| {
+        let p = corner.extend(1.0);
+        let w = c0[2].dot(p);
+        (DVec2::new(c0[0].dot(p), c0[1].dot(p)) / w, p, w)
+    });
+    let area = 0.5 * (places[1].0 - places[0].0).perp_dot(places[2].0 - places[0].0).abs();
+    // The blur's ellipse: how the image moves with the lens point.
+    let (center, p, w) = places[0];
+    let moves = |c: &[glam::DVec4; 3]| (DVec2::new(c[0].dot(p), c[1].dot(p)) - center * c[2].dot(p)) / w;
+    let (along, across) = (moves(cu), moves(cv));
+    let blurred = std::f64::consts::PI * along.perp_dot(across).abs() + area.max(1.0);
+    let reach = (along * along + across * across).map(f64::sqrt) + 1.0;
+    let low = places[0].0.min(places[1].0).min(places[2].0) - reach;
+    let high = places[0].0.max(places[1].0).max(places[2].0) + reach;
+    let share = (area / blurred).min(1.0);
+    let is_inside = high.x >= 0.0
+        && high.y >= 0.0
+        && low.x < f64::from(view.width)
+        && low.y < f64::from(view.height)
+        && share.is_finite()
+        && low.is_finite()
+        && high.is_finite();
+    let light = Light { share, mean: radiance * share };
+    is_inside.then_some((light, [low, high]))
+}
