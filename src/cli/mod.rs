@@ -5,6 +5,8 @@
 mod builtin;
 mod check;
 mod diagram;
+mod effects;
+mod explain;
 mod input;
 mod interrupt;
 mod new;
@@ -48,6 +50,8 @@ enum Verb {
     Diagram(diagram::Arguments),
     /// Loads a scene and its assets and says what is in them; renders nothing
     Check(check::Arguments),
+    /// Says which effects are in a scene's picture, why, what each costs and what leaving it out changes
+    Explain(explain::Arguments),
     /// Prints the JSON schema of the scene file
     Schema(schema::Arguments),
     /// Writes a first scene for an OBJ model
@@ -78,6 +82,7 @@ fn dispatch(verb: &Verb) -> Result<bool> {
         Verb::Solve(arguments) => solve::run(arguments),
         Verb::Render(arguments) => render::run(arguments),
         Verb::Check(arguments) => check::run(arguments),
+        Verb::Explain(arguments) => explain::run(arguments),
         Verb::Schema(arguments) => schema::run(arguments),
         Verb::New(arguments) => new::run(arguments),
         Verb::Diagram(_) => Ok(()),

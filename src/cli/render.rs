@@ -1,5 +1,6 @@
 //! `groundglass render [SCENE]`: a picture.
 
+use super::effects::EffectArguments;
 use super::input::{self, Input, RootArguments};
 use super::progress::Progress;
 use super::replay::Replay;
@@ -7,7 +8,7 @@ use super::stats::{self, Samples, Stats};
 use super::values::{Pixels, Positive, Seconds, Simd};
 use super::{diagram, interrupt, optics_words, output, report};
 use groundglass::error::{Error, ErrorKind, Result, Warning};
-use groundglass::plan::effects;
+use groundglass::plan::RenderPlan;
 use groundglass::render::{Execution, MOST_FOR_ERROR, SimdLevel, render, replay};
 use groundglass::scene::{Budget, Scene};
 use std::path::{Path, PathBuf};
@@ -48,6 +49,8 @@ pub(super) struct Arguments {
     /// Write the estimated error of each pixel (.exr, linear float, or .png, brightened so that its RMS is mid-grey)
     #[arg(long, value_name = "FILE")]
     pub(super) error_map: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) effects: EffectArguments,
     /// Make the picture of an earlier run again, the same bytes, from what its --stats wrote
     #[arg(long, value_name = "STATS", group = "budget", conflicts_with = "width")]
     pub(super) replay: Option<PathBuf>,
@@ -128,6 +131,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let width = replayed.as_ref().map(|replay| replay.width).or(arguments.width.map(|width| width.0));
     let mut scene = input.load_at(width)?;
     scene.render.budget = arguments.budget().unwrap_or(scene.render.budget);
+    arguments.effects.apply(&mut scene)?;
     let load_seconds = clock.elapsed().as_secs_f64();
     report::warnings(&scene.warnings);
     report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
@@ -145,6 +149,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         output::check(output, &read)?;
     }
 
+    let plan = arguments.stats.is_some().then(|| RenderPlan::new(&scene));
+    let effects = plan.map(|plan| plan.effects().to_vec()).unwrap_or_default();
     let progress = Progress::new();
     let tell = |done: usize, total: usize| progress.tell("rendering", done as u64, total as u64);
     let threads = arguments.threads.map(usize::from);
@@ -196,7 +202,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         samples_per_pixel: Samples::of(exposure.samples()),
         estimated_rms_error: exposure.rms_error(),
         allocation: exposure.samples().to_text(),
-        effects: effects(&scene),
+        effects,
         simd: simd.name(),
         triangles: counts.triangles,
         surfaces: counts.surfaces,

@@ -1,6 +1,7 @@
 //! The numbers of `render --stats`, and the clocks behind them.
 
 use groundglass::picture::{Allocation, Exposure};
+use groundglass::scene::{EffectName, Scene};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -80,7 +81,7 @@ pub(super) fn available_memory() -> Option<u64> {
 }
 
 /// Notes that go into a picture file: how it was made, and nothing of clock, threads or machine.
-pub(super) fn notes(scene: &groundglass::scene::Scene, exposure: &Exposure) -> Vec<(&'static str, String)> {
+pub(super) fn notes(scene: &Scene, exposure: &Exposure) -> Vec<(&'static str, String)> {
     let camera = scene.optics.camera();
     let standard = |s: &groundglass::camera::Standard| {
         format!(
@@ -109,9 +110,24 @@ pub(super) fn notes(scene: &groundglass::scene::Scene, exposure: &Exposure) -> V
             let Samples { mean, min, max } = Samples::of(exposure.samples());
             if min == max { min.to_string() } else { format!("{mean:.2} on average, {min} to {max}") }
         }),
+        ("groundglass.effects", effects_note(scene)),
         (
             "groundglass.estimated_rms_error",
             exposure.rms_error().map_or("unknown".to_owned(), |error| format!("{error:.6}")),
         ),
     ]
+}
+
+/// What the user said of effects, in the words of the command line.
+fn effects_note(scene: &Scene) -> String {
+    let choice = scene.render.effects;
+    let mut words = Vec::new();
+    if choice.all {
+        words.push("--all-effects".to_owned());
+    }
+    for (flag, set) in [("with", choice.with), ("without", choice.without)] {
+        let named = EffectName::ALL.into_iter().filter(|&effect| set.has(effect));
+        words.extend(named.map(|effect| format!("--{flag} {effect}")));
+    }
+    if words.is_empty() { "as the scene asks".to_owned() } else { words.join(" ") }
 }

@@ -71,6 +71,17 @@ impl Pattern {
         ((block & ((1 << bits) - 1)) * self.block_width, (block >> bits) * self.block_height)
     }
 
+    /// Moves all samples to the middle of their pixels.
+    pub(crate) fn center(&mut self) {
+        for batch in &mut self.batches {
+            for lane in 0..LANES {
+                let inside = u32::from(batch.pixel[lane]);
+                batch.x[lane] = (inside % self.block_width) as f32 + 0.5;
+                batch.y[lane] = (inside / self.block_width) as f32 + 0.5;
+            }
+        }
+    }
+
     /// The pixel, in the tile, of a lane at the block with this corner.
     #[inline(always)]
     pub(crate) fn pixel(&self, (x, y): (u32, u32), batch: &Batch, lane: usize) -> (u32, u32) {

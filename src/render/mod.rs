@@ -20,7 +20,7 @@ use stages::Stopwatch;
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::picture::{Allocation, Exposure};
-use crate::scene::{Budget, Scene};
+use crate::scene::{Budget, EffectName, Scene};
 pub use crate::simd::SimdLevel;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -127,6 +127,14 @@ fn draw(
     execution: &Execution<'_>,
     make: impl FnOnce(&Picture<'_>, Counts) -> Result<(Exposure, Counts)> + Send,
 ) -> Result<(Exposure, Counts)> {
+    let stripped;
+    let scene = match without_materials(scene) {
+        Some(scene) => {
+            stripped = scene;
+            &stripped
+        }
+        None => scene,
+    };
     let optics = &scene.optics;
     if optics.film_reaches_aperture() {
         return Err(Error::invalid(
@@ -151,6 +159,21 @@ fn draw(
         let picture = Picture::new(scene, sequence, simd.level(), watch, &mut counts.stages);
         make(&picture, counts)
     })
+}
+
+/// The scene with materials that lack what the user wants left out; `None` where that is nothing.
+fn without_materials(scene: &Scene) -> Option<Scene> {
+    let without = scene.render.effects.without;
+    let [textures, holes, coverage] =
+        [EffectName::Textures, EffectName::Holes, EffectName::Coverage].map(|effect| without.has(effect));
+    if !(textures || holes || coverage) {
+        return None;
+    }
+    let mut scene = scene.clone();
+    for material in &mut scene.surfaces.materials {
+        material.leave_out(textures, holes, coverage);
+    }
+    Some(scene)
 }
 
 fn cancelled(execution: &Execution<'_>) -> bool {

@@ -4,12 +4,13 @@ use super::frame::{Falloff, LensFrame};
 use super::highlights::Highlights;
 use super::pattern::Splits;
 use super::stages::{Stages, Stopwatch};
+use crate::plan::RenderPlan;
 use crate::raster::TILE;
 use crate::raster::bin::Bins;
 use crate::raster::setup::{Image, images};
 use crate::raster::view::{LensCell, View};
 use crate::sampling::{self, runs};
-use crate::scene::{Material, Scene, Surfaces};
+use crate::scene::{EffectName, Material, Scene, Surfaces};
 use crate::shade::Shader;
 use fearless_simd::Level;
 use glam::DVec3;
@@ -45,6 +46,8 @@ pub(super) struct Picture<'a> {
     pub(super) falloff: Option<Falloff>,
     /// The number of samples that the streams of pixels go by: see [`sampling::block`].
     pub(super) streams: u32,
+    /// Samples lie at the middle of their pixels.
+    pub(super) centred: bool,
     pub(super) highlights: Highlights,
     pub(super) level: Level,
 }
@@ -61,7 +64,11 @@ impl<'a> Picture<'a> {
         let surfaces = &scene.surfaces;
         let frame = LensFrame::new(optics);
         let positions: Vec<DVec3> = surfaces.positions.par_iter().map(|&p| frame.point(p)).collect();
-        let view = frame.view(scene);
+        let active = RenderPlan::active_in(scene);
+        let mut view = frame.view(scene);
+        if !active.has(EffectName::Defocus) {
+            view.radius = 0.0;
+        }
         let images = images(&view, &positions);
         watch.lap(&mut stages.transform);
         let (streams, cells) = match sequence {
@@ -76,7 +83,7 @@ impl<'a> Picture<'a> {
         // Below 16 samples a pixel hardly any would share.
         let shared = scene.render.share_shading && streams >= 16;
         let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, up, |v| frame.vector(v));
-        let falloff = scene.render.falloff.then(|| Falloff::new(optics, &frame));
+        let falloff = active.has(EffectName::Falloff).then(|| Falloff::new(optics, &frame));
         let gain = libm::exp2(scene.render.exposure_ev) as f32;
         let highlights = Highlights::new(scene, &view, &positions, gain);
         Self {
@@ -98,6 +105,7 @@ impl<'a> Picture<'a> {
             bins,
             falloff,
             streams,
+            centred: !active.has(EffectName::Antialiasing),
             highlights,
             level,
         }

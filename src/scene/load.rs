@@ -1,9 +1,10 @@
 //! From a description and its assets to a [`Scene`]: meshes loaded and placed, nothing left to look up.
 
 use super::assets::{AssetLoader, Progress};
-use super::description::{Budget, RenderSettings, SceneDescription, Sky, Sun};
+use super::description::{Blades, Budget, RenderSettings, SceneDescription, Sky, Sun};
 use super::digest;
 use super::document::{Document, SIZE_LIMIT};
+use super::effects::EffectChoice;
 use super::file::SceneFile;
 use super::source::{Files, Source};
 use super::surfaces::{Placement, Surfaces};
@@ -18,6 +19,8 @@ use std::path::Path;
 pub struct Scene {
     /// The camera, its movements solved, and its optics.
     pub optics: Optics,
+    /// Shape of the aperture; `None` is a disk.
+    pub blades: Option<Blades>,
     /// The world's upward direction.
     pub up: DVec3,
     /// Diameter on the film that counts as sharp.
@@ -51,8 +54,12 @@ pub struct PictureSettings {
     pub exposure_ev: f64,
     /// Whether the corners darken as they do in a camera.
     pub falloff: bool,
+    /// Whether light bends at the aperture.
+    pub diffraction: bool,
     /// Chooses the samples.
     pub seed: u64,
+    /// Which effects are wanted beside what the scene's keys say.
+    pub effects: EffectChoice,
     /// Whether samples may share look-ups of colour.
     pub share_shading: bool,
 }
@@ -140,9 +147,10 @@ impl SceneDescription {
             });
         }
         surfaces.find_patches();
-        let RenderSettings { budget, exposure_ev, falloff, seed, .. } = self.render;
+        let RenderSettings { budget, exposure_ev, falloff, diffraction, seed, .. } = self.render;
         Ok(Scene {
             optics,
+            blades: self.blades,
             up: self.up,
             circle_of_confusion: self.circle_of_confusion,
             surfaces,
@@ -154,7 +162,9 @@ impl SceneDescription {
                 budget,
                 exposure_ev,
                 falloff,
+                diffraction,
                 seed,
+                effects: EffectChoice::default(),
                 share_shading: true,
             },
             meshes,
@@ -207,8 +217,9 @@ impl Scene {
     pub fn hash(&self) -> String {
         let render = PictureSettings { budget: Budget::Samples(1), ..self.render };
         let mut text = format!(
-            "{:?} {:?} {:?} {:?} {:?} {render:?} ",
+            "{:?} {:?} {:?} {:?} {:?} {:?} {render:?} ",
             self.optics.camera(),
+            self.blades,
             self.up,
             self.circle_of_confusion,
             self.sun,

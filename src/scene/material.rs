@@ -40,6 +40,27 @@ impl Material {
         }
     }
 
+    /// Leaves out what a user does not want to see: a map's colours become their mean, its holes and the material's
+    /// coverage are filled.
+    pub(crate) fn leave_out(&mut self, textures: bool, holes: bool, coverage: bool) {
+        if coverage {
+            self.coverage = 1.0;
+        }
+        if holes {
+            self.opacity_map = None;
+            if let Some(map) = self.diffuse_map.as_mut().filter(|map| map.has_holes) {
+                *map = Arc::new(map.without_holes());
+            }
+        }
+        if textures && let Some(map) = &self.diffuse_map {
+            let mean = map.mean();
+            self.diffuse = std::array::from_fn(|i| self.diffuse[i] * mean[i]);
+            // Its holes stay.
+            let holed = self.diffuse_map.take().filter(|map| map.has_holes);
+            self.opacity_map = self.opacity_map.take().or(holed);
+        }
+    }
+
     /// The maps whose alpha decides where light passes through.
     pub(crate) fn holed_maps(&self) -> impl Iterator<Item = &Arc<Texture>> {
         [&self.diffuse_map, &self.opacity_map].into_iter().flatten().filter(|map| map.has_holes)

@@ -10,6 +10,7 @@ mod assets;
 mod description;
 mod digest;
 mod document;
+mod effects;
 mod file;
 mod library;
 mod load;
@@ -41,6 +42,7 @@ pub use description::{
     Blades, Budget, Focus, MAX_PICTURE_SIDE, MeshEntry, RenderSettings, SceneDescription, Sky, Sun,
 };
 pub use document::{Document, SIZE_LIMIT};
+pub use effects::{EffectChoice, EffectName, EffectSet};
 pub use file::{SceneFile, parse};
 pub use load::{LoadSettings, MeshSummary, PictureSettings, Scene};
 pub use material::Material;

@@ -64,6 +64,21 @@ impl Texture {
         Some(Self { levels, has_holes })
     }
 
+    /// The mean colour: its last level.
+    pub(crate) fn mean(&self) -> [f32; 3] {
+        let texel = self.levels.last().and_then(|level| level.texels.first()).copied().unwrap_or_default();
+        [0, 1, 2].map(|i| f32::from(texel[i]) / 65535.0)
+    }
+
+    /// The same with all of it opaque.
+    pub(crate) fn without_holes(&self) -> Self {
+        let mut levels = self.levels.clone();
+        for texel in levels.iter_mut().flat_map(|level| &mut level.texels) {
+            texel[3] = u16::MAX;
+        }
+        Self { levels, has_holes: false }
+    }
+
     /// Bytes of memory that it takes.
     pub(crate) fn bytes(&self) -> u64 {
         self.levels.iter().map(|level| level.texels.len() as u64 * 8).sum()

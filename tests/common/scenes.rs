@@ -5,7 +5,8 @@ use groundglass::camera::{Aperture, Camera, FilmSize, Standard};
 use groundglass::optics::Optics;
 use groundglass::quantity::{Angle, FNumber, Length};
 use groundglass::scene::{
-    Attributes, Budget, Level, Material, NONE, PictureSettings, Scene, Sky, Sun, Surfaces, Texture,
+    Attributes, Budget, EffectChoice, Level, Material, NONE, PictureSettings, Scene, Sky, Sun, Surfaces,
+    Texture,
 };
 use std::sync::Arc;
 
@@ -182,6 +183,7 @@ pub fn scene(camera: &Camera, surfaces: Surfaces, width: u32, samples: u32) -> S
     let _ = Vec3::ZERO;
     Scene {
         optics: Optics::new(camera).unwrap(),
+        blades: None,
         up: DVec3::Y,
         surfaces,
         sun: Some(Sun {
@@ -201,7 +203,9 @@ pub fn scene(camera: &Camera, surfaces: Surfaces, width: u32, samples: u32) -> S
             budget: Budget::Samples(samples),
             exposure_ev: 0.0,
             falloff: false,
+            diffraction: false,
             seed: 0,
+            effects: EffectChoice::default(),
             share_shading: false,
         },
         circle_of_confusion: Length::millimetres(0.1),

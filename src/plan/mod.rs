@@ -1,0 +1,275 @@
+//! Which effects a scene calls for, because of which number against which threshold.
+//!
+//! The scene's keys say what is wanted. The plan drops what cannot be seen in this picture, and adds nothing that a key
+//! switches off. What it drops changes the picture by no more than [`RenderPlan::tolerance`].
+
+mod seen;
+
+use crate::scene::{Budget, EffectName, EffectSet, Scene};
+use glam::DVec3;
+use seen::Seen;
+use serde::Serialize;
+
+/// Blur below this many pixels is not worth a lens: half of it is under the pixel's own box filter. (A disk of diameter d
+/// adds d^2 / 16 to the variance along an axis, and a pixel's square has 1/12: at a quarter of a pixel that is 5 % more.)
+const BLUR_PX: f64 = 0.25;
+
+/// Of a blur below this many pixels the shape is not seen.
+const SHAPE_PX: f64 = 1.0;
+
+/// A penumbra below this many pixels is an edge.
+const PENUMBRA_PX: f64 = 0.25;
+
+/// The first dark ring of diffraction below this many pixels across is under the pixel's own filter.
+const AIRY_PX: f64 = 0.1;
+
+/// Diffraction this much smaller than the smallest blur in view is under the blur.
+const AIRY_OF_BLUR: f64 = 0.02;
+
+/// Weights of falloff within this of 1 are not seen.
+const FALLOFF: f64 = 0.002;
+
+/// Root mean square change of the picture that is taken for nothing, where the scene names no error.
+const TOLERANCE: f64 = 0.002;
+
+/// Wavelength of the contract's diffraction, metres.
+const WAVELENGTH: f64 = 550e-9;
+
+/// One effect: whether it is in the picture, and why.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Effect {
+    /// Its name, such as `defocus`.
+    pub effect: &'static str,
+    /// Whether it is computed.
+    pub active: bool,
+    /// The number that decided, against its threshold.
+    pub because: String,
+}
+
+/// What a picture is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderPlan {
+    effects: Vec<Effect>,
+    active: EffectSet,
+    tolerance: f64,
+}
+
+impl RenderPlan {
+    /// The plan of a scene, with its numbers. It looks at all triangles.
+    pub fn new(scene: &Scene) -> Self {
+        let seen = Seen::new(scene);
+        let tolerance = tolerance(scene);
+        let scale = (tolerance / TOLERANCE).sqrt();
+        let choice = scene.render.effects;
+        let mut effects = Vec::with_capacity(EffectName::ALL.len());
+        let mut active = EffectSet::default();
+        for name in EffectName::ALL {
+            let (asked, is_seen, because) = reason(scene, &seen, name, scale);
+            let (is_in, because) = if choice.without.has(name) {
+                (false, format!("--without {name}"))
+            } else if !asked {
+                (false, because)
+            } else if is_seen {
+                (true, because)
+            } else if choice.all {
+                (true, format!("{because}; --all-effects keeps it"))
+            } else if choice.with.has(name) {
+                (true, format!("{because}; --with {name} keeps it"))
+            } else {
+                (false, because)
+            };
+            active = active.set(name, is_in);
+            effects.push(Effect { effect: name.name(), active: is_in, because });
+        }
+        Self { effects, active, tolerance }
+    }
+
+    /// What [`RenderPlan::new`] finds active, without its words and as fast as may be.
+    pub(crate) fn active_in(scene: &Scene) -> EffectSet {
+        let choice = scene.render.effects;
+        let scale = (tolerance(scene) / TOLERANCE).sqrt();
+        // Only these are worth leaving out; what is not in view costs nothing anyway.
+        let dropped = |name: EffectName| {
+            let small = || match name {
+                EffectName::Defocus => !Seen::has_blur_of(scene, scale * BLUR_PX),
+                EffectName::ApertureShape => !Seen::has_blur_of(scene, scale * SHAPE_PX),
+                EffectName::SoftShadows => penumbra(scene) < scale * PENUMBRA_PX,
+                EffectName::Falloff => largest_falloff(scene) < scale * scale * FALLOFF,
+                EffectName::Diffraction => !diffraction(scene, &Seen::new(scene), scale).1,
+                _ => false,
+            };
+            asks(scene, name) && !choice.all && !choice.with.has(name) && small()
+        };
+        EffectName::ALL
+            .into_iter()
+            .filter(|&name| asks(scene, name) && !choice.without.has(name) && !dropped(name))
+            .collect()
+    }
+
+    /// The effects in a fixed order.
+    pub fn effects(&self) -> &[Effect] {
+        &self.effects
+    }
+
+    /// Those that are computed.
+    pub fn active(&self) -> EffectSet {
+        self.active
+    }
+
+    /// How much the picture may change by what was dropped: root mean square over the picture, linear light.
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+}
+
+/// A half of the error that is asked for at most: what is dropped must not rule it.
+fn tolerance(scene: &Scene) -> f64 {
+    match scene.render.budget {
+        Budget::MaxError(error) => TOLERANCE.min(0.5 * error),
+        _ => TOLERANCE,
+    }
+}
+
+/// Whether the scene's keys ask for an effect; what files bring, such as textures, is always asked for.
+fn asks(scene: &Scene, name: EffectName) -> bool {
+    let has_lens = scene.optics.aperture_radius() > 0.0;
+    let sun = scene.sun.as_ref().filter(|sun| sun.shadows);
+    match name {
+        EffectName::Defocus => has_lens,
+        EffectName::Antialiasing | EffectName::Textures | EffectName::Holes | EffectName::Coverage => true,
+        EffectName::Shadows => sun.is_some(),
+        EffectName::SoftShadows => sun.is_some_and(|sun| sun.angular_diameter.as_radians() > 0.0),
+        EffectName::ApertureShape => scene.blades.is_some() && has_lens,
+        EffectName::Falloff => scene.render.falloff,
+        EffectName::Diffraction => scene.render.diffraction && has_lens,
+    }
+}
+
+/// Whether it is asked for, whether it is seen, and the number that says so.
+fn reason(scene: &Scene, seen: &Seen, name: EffectName, scale: f64) -> (bool, bool, String) {
+    let asked = asks(scene, name);
+    let count = |list: &dyn Fn(usize) -> bool| (0..seen.materials.len()).filter(|&i| list(i)).count();
+    let material = |i: usize| &scene.surfaces.materials[i];
+    let in_view = count(&|i| seen.materials[i]);
+    let materials = |found: usize, what: &str| {
+        (asked, found > 0, format!("{found} of {in_view} materials in view have {what}, threshold 1"))
+    };
+    let largest = seen.blur.map_or(0.0, |blur| blur[0]);
+    match name {
+        EffectName::Defocus if !asked => (false, false, "a pinhole".into()),
+        EffectName::Defocus => {
+            let threshold = scale * BLUR_PX;
+            let because = format!("largest blur {}, threshold {threshold:.2} px", pixels(largest));
+            (true, largest >= threshold, because)
+        }
+        EffectName::Antialiasing => (true, true, "each pixel is the mean over its square".into()),
+        EffectName::Textures => {
+            materials(count(&|i| seen.textured[i] && material(i).diffuse_map.is_some()), "a map_Kd")
+        }
+        EffectName::Holes => materials(
+            count(&|i| seen.textured[i] && material(i).holed_maps().next().is_some()),
+            "a texture with alpha below 0.5",
+        ),
+        EffectName::Coverage => {
+            materials(count(&|i| seen.materials[i] && material(i).coverage < 1.0), "d below 1")
+        }
+        EffectName::Shadows | EffectName::SoftShadows if scene.sun.is_none() => {
+            (false, false, "no [sun] table".into())
+        }
+        EffectName::Shadows | EffectName::SoftShadows
+            if scene.sun.as_ref().is_some_and(|sun| !sun.shadows) =>
+        {
+            (false, false, "sun.shadows = false".into())
+        }
+        EffectName::Shadows => {
+            (true, seen.triangles > 0, format!("{} triangles in view, threshold 1", seen.triangles))
+        }
+        EffectName::SoftShadows if !asked => (false, false, "sun.angular_diameter_deg = 0".into()),
+        EffectName::SoftShadows => {
+            let (width, threshold) = (penumbra(scene), scale * PENUMBRA_PX);
+            let because = format!("penumbra up to {}, threshold {threshold:.2} px", pixels(width));
+            (true, width >= threshold, because)
+        }
+        EffectName::ApertureShape => match scene.blades {
+            None => (false, false, "no [camera.aperture] table: a disk".into()),
+            Some(_) if !asked => (false, false, "a pinhole has no shape".into()),
+            Some(blades) => {
+                let threshold = scale * SHAPE_PX;
+                let because = format!(
+                    "{} blades, largest blur {}, threshold {threshold:.2} px",
+                    blades.count,
+                    pixels(largest)
+                );
+                (true, largest >= threshold, because)
+            }
+        },
+        EffectName::Falloff if !asked => (false, false, "render.falloff = false".into()),
+        EffectName::Falloff => {
+            let (most, threshold) = (largest_falloff(scene), scale * scale * FALLOFF);
+            (true, most >= threshold, format!("light changes by up to {most:.4}, threshold {threshold:.4}"))
+        }
+        EffectName::Diffraction if !scene.render.diffraction => {
+            (false, false, "render.diffraction = false".into())
+        }
+        EffectName::Diffraction => {
+            let (because, is_seen) = diffraction(scene, seen, scale);
+            (asked, is_seen, because)
+        }
+    }
+}
+
+fn pixels(number: f64) -> String {
+    if number.is_finite() { format!("{number:.2} px") } else { "beyond measure".into() }
+}
+
+/// The widest penumbra: the sun's disk over the longest way light can go between two surfaces, as large as the nearest
+/// of them is drawn. Pixels.
+fn penumbra(scene: &Scene) -> f64 {
+    let Some(sun) = &scene.sun else { return 0.0 };
+    let boxes = || scene.meshes.iter().map(|mesh| mesh.bounds);
+    let low = boxes().fold(DVec3::INFINITY, |sum, [low, _]| sum.min(low));
+    let high = boxes().fold(DVec3::NEG_INFINITY, |sum, [_, high]| sum.max(high));
+    let extent = if low.cmple(high).all() { (high - low).length() } else { 0.0 };
+    let eye = scene.optics.world_from_lens().point(DVec3::ZERO);
+    let nearest = (eye.clamp(low.min(high), high.max(low)) - eye).length();
+    let nearest = nearest.max(scene.optics.camera().near.as_metres());
+    let film = &scene.optics.camera().film;
+    let pixel = film.width.as_metres() / f64::from(scene.render.width);
+    let drawn = scene.optics.film_plane().e.abs() / nearest / pixel;
+    2.0 * libm::tan((0.5 * sun.angular_diameter.as_radians()).min(1.5)) * extent * drawn
+}
+
+/// How far the weight of light is from 1, at most, at the film's corners through the middle and the rim of the lens.
+fn largest_falloff(scene: &Scene) -> f64 {
+    let optics = &scene.optics;
+    let (axis, normal) = (optics.axis(), optics.film_normal());
+    let raw = |r: DVec3| axis.dot(r).abs() * normal.dot(r).abs() / (r.length_squared() * r.length_squared());
+    let center = raw(optics.film_center());
+    let film = optics.camera().film;
+    let (w, h) = (0.5 * film.width.as_metres(), 0.5 * film.height.as_metres());
+    let mut most = 0.0f64;
+    for (x, y) in [(-w, -h), (w, -h), (-w, h), (w, h), (0.0, 0.0)] {
+        for (u, v) in [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
+            let lens = optics.lens_point(u, v) * optics.aperture_radius();
+            most = most.max((raw(optics.film_point(x, y) - lens) / center - 1.0).abs());
+        }
+    }
+    most
+}
+
+fn diffraction(scene: &Scene, seen: &Seen, scale: f64) -> (String, bool) {
+    let optics = &scene.optics;
+    let aperture = 2.0 * optics.aperture_radius();
+    if aperture == 0.0 {
+        return ("a pinhole".into(), false);
+    }
+    let pixel = optics.camera().film.width.as_metres() / f64::from(scene.render.width);
+    let ring = 2.44 * WAVELENGTH * optics.film_center().length() / aperture / pixel;
+    let blur = seen.blur.map_or(0.0, |blur| blur[1]);
+    let (threshold, under) = (scale * AIRY_PX, AIRY_OF_BLUR * blur);
+    let because = format!(
+        "first dark ring {ring:.3} px across, threshold {threshold:.3} px and {AIRY_OF_BLUR} of the smallest blur in view, {}",
+        pixels(blur)
+    );
+    (because, ring >= threshold && ring >= under)
+}

@@ -1,0 +1,180 @@
+//! What a picture shows, as far as a plan must know: which materials, and how blurred. Bounds, found from corners of
+//! triangles without drawing: nothing that is seen is missed, some that is hidden is counted.
+
+use crate::optics::Optics;
+use crate::scene::{NONE, Scene};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// See the module.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Seen {
+    /// By number of the material.
+    pub materials: Vec<bool>,
+    /// The largest and smallest blur of a corner, in pixels; `None` where nothing is in view.
+    pub blur: Option<[f64; 2]>,
+    pub triangles: usize,
+    /// Some are textured: they have texture coordinates.
+    pub textured: Vec<bool>,
+}
+
+#[derive(Clone)]
+struct Part {
+    materials: Vec<bool>,
+    textured: Vec<bool>,
+    blur: [f64; 2],
+    triangles: usize,
+}
+
+impl Seen {
+    /// Whether anything in view is blurred by at least `threshold` pixels.
+    pub(super) fn has_blur_of(scene: &Scene, threshold: f64) -> bool {
+        let (optics, surfaces) = (&scene.optics, &scene.surfaces);
+        let frame = Frame::new(scene);
+        surfaces.triangles.par_iter().any(|corners| {
+            let world = corners.map(|i| surfaces.positions[i as usize]);
+            let corners = world.map(|p| optics.world_from_lens().point_inverse(p));
+            frame.blurs(corners).any(|blur| blur >= threshold)
+        })
+    }
+
+    pub(super) fn new(scene: &Scene) -> Self {
+        let (optics, surfaces) = (&scene.optics, &scene.surfaces);
+        let frame = Frame::new(scene);
+        let empty = Part {
+            materials: vec![false; surfaces.materials.len()],
+            textured: vec![false; surfaces.materials.len()],
+            blur: [0.0, f64::INFINITY],
+            triangles: 0,
+        };
+        let of_chunk = |first: usize, triangles: &[[u32; 3]]| {
+            let mut part = empty.clone();
+            for (i, corners) in triangles.iter().enumerate() {
+                let world = corners.map(|i| surfaces.positions[i as usize]);
+                let corners = world.map(|p| optics.world_from_lens().point_inverse(p));
+                let mut is_in_view = false;
+                for blur in frame.blurs(corners) {
+                    is_in_view = true;
+                    part.blur = [part.blur[0].max(blur), part.blur[1].min(blur)];
+                }
+                if is_in_view {
+                    let attributes = &surfaces.attributes[first + i];
+                    part.materials[attributes.material as usize] = true;
+                    part.textured[attributes.material as usize] |= attributes.texcoords[0] != NONE;
+                    part.triangles += 1;
+                }
+            }
+            part
+        };
+        const CHUNK: usize = 4096;
+        let whole = surfaces
+            .triangles
+            .par_chunks(CHUNK)
+            .enumerate()
+            .map(|(chunk, triangles)| of_chunk(chunk * CHUNK, triangles))
+            .reduce(|| empty.clone(), Part::join);
+        Self {
+            materials: whole.materials,
+            textured: whole.textured,
+            blur: (whole.triangles > 0).then_some(whole.blur),
+            triangles: whole.triangles,
+        }
+    }
+}
+
+impl Part {
+    fn join(mut self, other: Self) -> Self {
+        let either = |ours: &mut Vec<bool>, theirs: &[bool]| {
+            ours.iter_mut().zip(theirs).for_each(|(ours, theirs)| *ours |= theirs);
+        };
+        either(&mut self.materials, &other.materials);
+        either(&mut self.textured, &other.textured);
+        self.blur = [self.blur[0].max(other.blur[0]), self.blur[1].min(other.blur[1])];
+        self.triangles += other.triangles;
+        self
+    }
+}
+
+/// How much larger than the film the part of a triangle's plane is that is looked at: blur brings in what lies beside it.
+const MARGIN: f64 = 1.5;
+
+/// The camera, for points in lens space.
+struct Frame<'a> {
+    optics: &'a Optics,
+    near: f64,
+    /// Half the film's sides, metres.
+    half: [f64; 2],
+    pixel: f64,
+}
+
+impl<'a> Frame<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        let optics = &scene.optics;
+        let film = optics.camera().film;
+        let (width, height) = (film.width.as_metres(), film.height.as_metres());
+        Self {
+            optics,
+            near: optics.camera().near.as_metres(),
+            half: [0.5 * width, 0.5 * height],
+            pixel: width / f64::from(scene.render.width),
+        }
+    }
+
+    /// The blur, in pixels, of corners of what is in view of a triangle: none where nothing is. Infinite where a point has
+    /// no ellipse, being at the side of some lens point.
+    fn blurs(&self, corners: [DVec3; 3]) -> impl Iterator<Item = f64> {
+        let own = corners.into_iter().filter(|&corner| self.reaches_film(corner));
+        let polygon = self.clipped(corners);
+        let all = own.chain(polygon).map(|corner| {
+            self.optics.blur_of(corner).map_or(f64::INFINITY, |blur| blur.largest / self.pixel)
+        });
+        all.collect::<Vec<_>>().into_iter()
+    }
+
+    /// Whether the blur of a point meets the film.
+    fn reaches_film(&self, point: DVec3) -> bool {
+        if self.optics.axis().dot(point) < self.near {
+            return false;
+        }
+        self.optics.blur_of(point).is_none_or(|blur| {
+            let is_within = |i: usize| blur.center[i].abs() - 0.5 * blur.largest <= self.half[i];
+            is_within(0) && is_within(1)
+        })
+    }
+
+    /// The part of a triangle beyond the near plane whose image from the lens centre lies on the film or around it.
+    fn clipped(&self, corners: [DVec3; 3]) -> Vec<DVec3> {
+        let image = |p: DVec3| self.optics.film_image(DVec3::ZERO, p);
+        let side = |p: DVec3, side: usize| match side {
+            0 => self.optics.axis().dot(p) - self.near,
+            1 => MARGIN * self.half[0] * image(p).z - image(p).x,
+            2 => MARGIN * self.half[0] * image(p).z + image(p).x,
+            3 => MARGIN * self.half[1] * image(p).z - image(p).y,
+            _ => MARGIN * self.half[1] * image(p).z + image(p).y,
+        };
+        let mut polygon = corners.to_vec();
+        for plane in 0..5 {
+            let distances: Vec<f64> = polygon.iter().map(|&p| side(p, plane)).collect();
+            if distances.iter().all(|&d| d >= 0.0) {
+                continue;
+            }
+            let count = polygon.len();
+            let mut inside = Vec::with_capacity(count + 1);
+            for i in 0..count {
+                let next = (i + 1) % count;
+                let (a, b, da, db) = (polygon[i], polygon[next], distances[i], distances[next]);
+                if da >= 0.0 {
+                    inside.push(a);
+                }
+                if (da >= 0.0) != (db >= 0.0) {
+                    inside.push(a + (b - a) * (da / (da - db)));
+                }
+            }
+            polygon = inside;
+            if polygon.is_empty() {
+                break;
+            }
+        }
+        polygon
+    }
+}
