@@ -37,10 +37,19 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
         effect("coverage", covered > 0, format!("{covered} materials have d below 1")),
         effect("shadows", false, "sun.shadows = false".into()),
         effect("soft-shadows", false, "sun.shadows = false".into()),
-        effect("aperture-shape", false, "no [camera.aperture] table: a disk".into()),
+        aperture_shape(scene),
         effect("falloff", scene.render.falloff, format!("render.falloff = {}", scene.render.falloff)),
         effect("diffraction", false, "render.diffraction = false".into()),
     ]
+}
+
+fn aperture_shape(scene: &Scene) -> Effect {
+    let (active, because) = match scene.blades {
+        Some(blades) if scene.optics.aperture_radius() > 0.0 => (true, format!("{} blades", blades.count)),
+        Some(_) => (false, "a pinhole has no shape".into()),
+        None => (false, "no [camera.aperture] table: a disk".into()),
+    };
+    Effect { effect: "aperture-shape", active, because }
 }
 
 fn defocus(scene: &Scene) -> Effect {

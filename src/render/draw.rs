@@ -102,7 +102,7 @@ impl Picture<'_> {
         sums.resize((TILE * TILE) as usize, [Vec3::ZERO; 2]);
         for (done, step) in steps.iter().enumerate() {
             before.clone_from(sums);
-            let pattern = pattern(self.seed, tile, self.streams, step.run, step.splits);
+            let pattern = pattern(&self.shape, self.seed, tile, self.streams, step.run, step.splits);
             watch.lap(&mut tally.stages.setup);
             for batch in &pattern.batches {
                 if stop() {

@@ -1,7 +1,7 @@
 //! From a description and its assets to a [`Scene`]: meshes loaded and placed, nothing left to look up.
 
 use super::assets::{AssetLoader, Progress};
-use super::description::{Budget, RenderSettings, SceneDescription, Sky, Sun};
+use super::description::{Blades, Budget, RenderSettings, SceneDescription, Sky, Sun};
 use super::digest;
 use super::document::{Document, SIZE_LIMIT};
 use super::file::SceneFile;
@@ -10,6 +10,7 @@ use super::surfaces::{Placement, Surfaces};
 use crate::error::{Error, ErrorKind, Place, Result, Warning};
 use crate::optics::Optics;
 use crate::quantity::Length;
+use crate::sampling::ApertureShape;
 use glam::DVec3;
 use std::path::Path;
 
@@ -18,6 +19,8 @@ use std::path::Path;
 pub struct Scene {
     /// The camera, its movements solved, and its optics.
     pub optics: Optics,
+    /// Shape of the aperture; `None` is a disk.
+    pub blades: Option<Blades>,
     /// The world's upward direction.
     pub up: DVec3,
     /// Diameter on the film that counts as sharp.
@@ -143,6 +146,7 @@ impl SceneDescription {
         let RenderSettings { budget, exposure_ev, falloff, seed, .. } = self.render;
         Ok(Scene {
             optics,
+            blades: self.blades,
             up: self.up,
             circle_of_confusion: self.circle_of_confusion,
             surfaces,
@@ -202,13 +206,19 @@ impl Scene {
         description.load(&files, file.parent().unwrap_or(Path::new("")), None)
     }
 
+    /// The aperture's shape.
+    pub fn aperture_shape(&self) -> ApertureShape {
+        self.blades.map_or(ApertureShape::Disk, |blades| blades.shape())
+    }
+
     /// The hash of the resolved scene and the bytes of its assets, not their paths: SHA-256 in hexadecimal. How good the
     /// picture is to be does not change it.
     pub fn hash(&self) -> String {
         let render = PictureSettings { budget: Budget::Samples(1), ..self.render };
         let mut text = format!(
-            "{:?} {:?} {:?} {:?} {:?} {render:?} ",
+            "{:?} {:?} {:?} {:?} {:?} {:?} {render:?} ",
             self.optics.camera(),
+            self.blades,
             self.up,
             self.circle_of_confusion,
             self.sun,

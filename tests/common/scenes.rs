@@ -182,6 +182,7 @@ pub fn scene(camera: &Camera, surfaces: Surfaces, width: u32, samples: u32) -> S
     let _ = Vec3::ZERO;
     Scene {
         optics: Optics::new(camera).unwrap(),
+        blades: None,
         up: DVec3::Y,
         surfaces,
         sun: Some(Sun {
