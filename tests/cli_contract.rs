@@ -278,11 +278,6 @@ fn pictures_are_8_bit_srgb_png_and_float_zip_exr_with_notes() {
 fn what_is_not_built_is_refused_by_name_in_render_alone() {
     for (old, new, key) in [
         (
-            "extension_mm = 152.3\n",
-            "extension_mm = 152.3\n[camera.aperture]\nblades = 5\n",
-            "camera.aperture",
-        ),
-        (
             "[render]\n",
             "[sun]\ntoward = [0, 1, 0]\ncolor = [1, 1, 1]\nshadows = true\n[render]\n",
             "sun.shadows",

@@ -5,8 +5,9 @@ mod common;
 use common::oracle;
 use common::scenes::{Random, Setting, camera, scene, yard};
 use glam::DVec3;
+use groundglass::quantity::Angle;
 use groundglass::render::{Execution, SimdLevel, render};
-use groundglass::scene::{Budget, Scene};
+use groundglass::scene::{Blades, Budget, Scene};
 
 const ALIGNED: Setting =
     Setting { front: [0.0, 0.0], rear: [0.0, 0.0], f_number: 5.6, stretch: 1.02, rise: 0.0 };
@@ -74,6 +75,17 @@ fn falloff_equals_the_oracle() {
     let mut scene = scene(&camera, yard(&mut random, 40), 48, 16);
     scene.render.falloff = true;
     compare("falloff", &scene);
+}
+
+#[test]
+fn an_aperture_of_blades_equals_the_oracle() {
+    let setting = Setting { front: [4.0, -3.0], f_number: 1.4, stretch: 1.2, ..ALIGNED };
+    let camera = camera(DVec3::new(0.3, 1.2, 2.5), DVec3::new(0.0, 0.9, -3.0), 150.0, setting);
+    for (count, samples) in [(3, 16), (5, 37), (8, 256)] {
+        let mut scene = scene(&camera, yard(&mut Random(12), 40), 40, samples);
+        scene.blades = Some(Blades { count, rotation: Angle::degrees(20.0) });
+        compare(&format!("{count} blades"), &scene);
+    }
 }
 
 #[test]

@@ -102,7 +102,7 @@ impl Picture<'_> {
         sums.resize((TILE * TILE) as usize, [Vec3::ZERO; 2]);
         for (done, step) in steps.iter().enumerate() {
             before.clone_from(sums);
-            let mut pattern = pattern(self.seed, tile, self.streams, step.run, step.splits);
+            let mut pattern = pattern(&self.shape, self.seed, tile, self.streams, step.run, step.splits);
             if self.centred {
                 pattern.center();
             }

@@ -9,7 +9,7 @@
 use crate::raster::LANES;
 use crate::raster::view::{Batch, LensCell, Pattern};
 use crate::sampling::runs::{self, Run};
-use crate::sampling::{self, Sample};
+use crate::sampling::{self, ApertureShape, Sample};
 
 /// How often each dimension of a sample is halved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,10 +41,10 @@ impl Splits {
     }
 
     /// The regions of the lens of all runs.
-    pub(super) fn run_cells(radius: f64) -> Vec<LensCell> {
+    pub(super) fn run_cells(shape: &ApertureShape, radius: f64) -> Vec<LensCell> {
         let smallest = Run { first: 0, count: runs::FIRST_RUN };
         let largest = Run { first: 0, count: runs::MOST_SAMPLES };
-        [smallest, largest].into_iter().flat_map(|run| Self::of_run(run).lens_cells(radius)).collect()
+        [smallest, largest].into_iter().flat_map(|run| Self::of_run(run).lens_cells(shape, radius)).collect()
     }
 
     /// The number of clusters.
@@ -68,21 +68,21 @@ impl Splits {
     }
 
     /// The regions of the lens, each with a circle around it.
-    pub(super) fn lens_cells(self, radius: f64) -> Vec<LensCell> {
+    pub(super) fn lens_cells(self, shape: &ApertureShape, radius: f64) -> Vec<LensCell> {
         let [a, b] = self.lens_bits();
         let (across, down) = (1u32 << a, 1u32 << b);
         if a + b == 0 || radius == 0.0 {
             return vec![LensCell { u: 0.0, v: 0.0, radius: 1.0 }; (across * down) as usize];
         }
         let map = |x: f64, y: f64| {
-            let [u, v] = sampling::disk_from_square([x as f32, y as f32]);
+            let [u, v] = shape.from_square([x as f32, y as f32]);
             (f64::from(u), f64::from(v))
         };
         (0..across * down)
             .map(|cell| {
                 let (column, row) = (f64::from(cell % across), f64::from(cell / across));
                 let at = |x: f64, y: f64| map((column + x) / f64::from(across), (row + y) / f64::from(down));
-                // The map is smooth inside a region, so the farthest point lies on its border.
+                // The map is continuous and one to one, so the farthest point lies on the region's border.
                 let steps = 64;
                 let border: Vec<_> = (0..=steps)
                     .flat_map(|i| {
@@ -90,6 +90,15 @@ impl Splits {
                         [at(t, 0.0), at(t, 1.0), at(0.0, t), at(1.0, t)]
                     })
                     .collect();
+                // A polygon's corner may lie between two steps, no farther from the nearer than they from each other.
+                let between = match shape {
+                    ApertureShape::Disk => 0.0,
+                    ApertureShape::Polygon { .. } => border
+                        .iter()
+                        .zip(&border[4..])
+                        .map(|(p, q)| libm::hypot(p.0 - q.0, p.1 - q.1))
+                        .fold(0.0, f64::max),
+                };
                 let middle = |low: f64, high: f64| 0.5 * (low + high);
                 let range = |pick: fn(&(f64, f64)) -> f64| {
                     let values = border.iter().map(pick);
@@ -100,7 +109,7 @@ impl Splits {
                 };
                 let (u, v) = (range(|p| p.0), range(|p| p.1));
                 let reach = border.iter().map(|&(bu, bv)| libm::hypot(bu - u, bv - v)).fold(0.0, f64::max);
-                LensCell { u, v, radius: reach * 1.001 + 1e-4 }
+                LensCell { u, v, radius: (reach + between) * 1.001 + 1e-4 }
             })
             .collect()
     }
@@ -111,7 +120,15 @@ impl Splits {
 const ORDER: [u32; 4] = [2, 0, 3, 1];
 
 /// The samples of `run` in tile `(tx, ty)` of a picture with `samples` a pixel or, where they go on, at least 16.
-pub(super) fn pattern(seed: u64, (tx, ty): (u32, u32), samples: u32, run: Run, splits: Splits) -> Pattern {
+/// They pass through an aperture of this shape.
+pub(super) fn pattern(
+    shape: &ApertureShape,
+    seed: u64,
+    (tx, ty): (u32, u32),
+    samples: u32,
+    run: Run,
+    splits: Splits,
+) -> Pattern {
     // Below 16 samples a batch serves several pixels, so that no lane is idle.
     let (block_width, block_height) = sampling::block(samples);
     let mut members: Vec<Vec<(u32, u32, usize, Sample)>> = vec![Vec::new(); splits.clusters()];
@@ -120,7 +137,7 @@ pub(super) fn pattern(seed: u64, (tx, ty): (u32, u32), samples: u32, run: Run, s
             let (x, y) = (pixel % block_width, pixel / block_width);
             let stream = sampling::pixel_stream(tx * sampling::GRID + x, ty * sampling::GRID + y, samples);
             for index in (run.first + replicate..run.end()).step_by(2) {
-                let sample = sampling::sample(seed, stream, index);
+                let sample = sampling::sample_through(shape, seed, stream, index);
                 let (cluster, cell) = splits.place(&sample);
                 members[cluster].push((index, pixel, cell, sample));
             }
@@ -161,7 +178,14 @@ mod tests {
     #[test]
     fn clusters_of_a_power_of_two_hold_sixteen_samples_eight_of_each_half() {
         for samples in [16, 32, 64, 256, 1024, 4096] {
-            let pattern = pattern(3, (5, 7), samples, Run { first: 0, count: samples }, Splits::new(samples));
+            let pattern = pattern(
+                &ApertureShape::Disk,
+                3,
+                (5, 7),
+                samples,
+                Run { first: 0, count: samples },
+                Splits::new(samples),
+            );
             assert_eq!(pattern.batches.len() as u32, samples / 16);
             for batch in &pattern.batches {
                 assert_eq!((batch.live, batch.odd.count_ones()), (0xffff, 8));
@@ -172,20 +196,30 @@ mod tests {
     #[test]
     fn every_sample_is_there_once_and_in_its_region() {
         for samples in [1, 2, 3, 7, 8, 16, 37, 100, 500] {
-            let splits = Splits::new(samples);
-            let cells = splits.lens_cells(1.0);
-            let pattern = pattern(0, (0, 0), samples, Run { first: 0, count: samples }, splits);
-            let pixels = pattern.block_width * pattern.block_height;
-            let mut seen = vec![0; (samples * pixels) as usize];
-            for batch in &pattern.batches {
-                for lane in (0..LANES).filter(|lane| batch.live >> lane & 1 == 1) {
-                    seen[(batch.index[lane] * pixels + u32::from(batch.pixel[lane])) as usize] += 1;
-                    let cell = cells[batch.cell];
-                    let (u, v) = (f64::from(batch.u[lane]), f64::from(batch.v[lane]));
-                    assert!(libm::hypot(u - cell.u, v - cell.v) <= cell.radius);
-                }
+            for blades in [0, 3, 4, 5, 9] {
+                let shape = match blades {
+                    0 => ApertureShape::Disk,
+                    _ => ApertureShape::Polygon { blades, rotation: 0.4 },
+                };
+                check(&shape, samples);
             }
-            assert!(seen.iter().all(|&count| count == 1), "{samples}");
         }
+    }
+
+    fn check(shape: &ApertureShape, samples: u32) {
+        let splits = Splits::new(samples);
+        let cells = splits.lens_cells(shape, 1.0);
+        let pattern = pattern(shape, 0, (0, 0), samples, Run { first: 0, count: samples }, splits);
+        let pixels = pattern.block_width * pattern.block_height;
+        let mut seen = vec![0; (samples * pixels) as usize];
+        for batch in &pattern.batches {
+            for lane in (0..LANES).filter(|lane| batch.live >> lane & 1 == 1) {
+                seen[(batch.index[lane] * pixels + u32::from(batch.pixel[lane])) as usize] += 1;
+                let cell = cells[batch.cell];
+                let (u, v) = (f64::from(batch.u[lane]), f64::from(batch.v[lane]));
+                assert!(libm::hypot(u - cell.u, v - cell.v) <= cell.radius);
+            }
+        }
+        assert!(seen.iter().all(|&count| count == 1), "{shape:?} {samples}");
     }
 }

@@ -9,7 +9,7 @@ use crate::raster::TILE;
 use crate::raster::bin::Bins;
 use crate::raster::setup::{Image, images};
 use crate::raster::view::{LensCell, View};
-use crate::sampling::{self, runs};
+use crate::sampling::{self, ApertureShape, runs};
 use crate::scene::{EffectName, Material, Scene, Surfaces};
 use crate::shade::Shader;
 use fearless_simd::Level;
@@ -32,6 +32,7 @@ pub(super) enum Sequence {
 pub(super) struct Picture<'a> {
     pub(super) surfaces: &'a Surfaces,
     pub(super) seed: u64,
+    pub(super) shape: ApertureShape,
     /// Brightening of the shown picture.
     pub(super) gain: f32,
     pub(super) shared: bool,
@@ -71,9 +72,11 @@ impl<'a> Picture<'a> {
         }
         let images = images(&view, &positions);
         watch.lap(&mut stages.transform);
+        let has_shape = active.has(EffectName::ApertureShape);
+        let shape = if has_shape { scene.aperture_shape() } else { ApertureShape::Disk };
         let (streams, cells) = match sequence {
-            Sequence::Uniform(samples) => (samples, Splits::new(samples).lens_cells(view.radius)),
-            Sequence::Runs => (runs::FIRST_RUN, Splits::run_cells(view.radius)),
+            Sequence::Uniform(samples) => (samples, Splits::new(samples).lens_cells(&shape, view.radius)),
+            Sequence::Runs => (runs::FIRST_RUN, Splits::run_cells(&shape, view.radius)),
         };
         let bins = Bins::new(&view, &cells, &positions, &surfaces.triangles);
         watch.lap(&mut stages.bin);
@@ -89,6 +92,7 @@ impl<'a> Picture<'a> {
         Self {
             surfaces,
             seed: scene.render.seed,
+            shape,
             gain,
             shared,
             surface_count: if shared && !surfaces.patches.of.is_empty() {

@@ -1,5 +1,5 @@
 //! Sample points: one nested low-discrepancy sequence, keyed by (seed, stream, index) and nothing else,
-//! and the map from the unit square to the aperture's disk.
+//! and the map from the unit square to the aperture's disk or polygon.
 //!
 //! The sequence is Sobol's in base 2 (directions of S. Joe and F. Y. Kuo, SIAM J. Sci. Comput. 30 (2008),
 //! 2635-2654), Owen-scrambled by hashing (B. Burley, "Practical hash-based Owen scrambling", JCGT 9(4),
@@ -10,15 +10,15 @@ mod aperture;
 pub mod runs;
 mod sobol;
 
-pub use aperture::{disk_from_square, square_cell};
+pub use aperture::{ApertureShape, disk_from_square, square_cell};
 pub use sobol::{hash, scrambled_sobol, shuffled_radical_inverse};
 
 /// One sample: a lens point and a place in the pixel, both as exact single-precision numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// In the unit square; [`disk_from_square`] maps it to the lens.
+    /// In the unit square; [`ApertureShape::from_square`] maps it to the lens.
     pub square: [f32; 2],
-    /// On the unit disk of the aperture, `u` along `ex`, `v` along `ey`.
+    /// In the aperture, fractions of its circle's radius, `u` along `ex`, `v` along `ey`.
     pub lens: [f32; 2],
     /// In the pixel: 0..1 to the right and 0..1 downward.
     pub pixel: [f32; 2],
@@ -54,9 +54,14 @@ pub fn pixel_stream(x: u32, y: u32, samples: u32) -> u64 {
 /// Even and odd indices belong to two independently scrambled sequences, whose difference estimates the
 /// error of their mean. Each is nested: more samples continue fewer.
 pub fn sample(seed: u64, stream: u64, index: u32) -> Sample {
+    sample_through(&ApertureShape::Disk, seed, stream, index)
+}
+
+/// As [`sample`], for an aperture of any shape: the same points of the square, mapped to it.
+pub fn sample_through(shape: &ApertureShape, seed: u64, stream: u64, index: u32) -> Sample {
     let key = hash(hash(seed, stream), u64::from(index & 1));
     let [a, b, x, y] = scrambled_sobol(index >> 1, key);
-    Sample { square: [a, b], lens: disk_from_square([a, b]), pixel: [x, y] }
+    Sample { square: [a, b], lens: shape.from_square([a, b]), pixel: [x, y] }
 }
 
 #[cfg(test)]
@@ -75,6 +80,23 @@ mod tests {
                 assert!(counts.iter().all(|&count| count == 4), "{counts:?}");
             }
         }
+    }
+
+    #[test]
+    fn strata_are_kept_in_a_polygon() {
+        // Four points in each elementary interval of the square, whose images are equal areas: sector by sector of
+        // a square aperture, 1024 points fall as evenly as the intervals that its sides cut allow.
+        let shape = ApertureShape::Polygon { blades: 4, rotation: 0.3 };
+        let (corners, mut counts) = (shape.corners(), [0i32; 4]);
+        for k in 0..1024 {
+            let s = sample_through(&shape, 7, 3, 2 * k);
+            assert_eq!((s.square, s.pixel), (sample(7, 3, 2 * k).square, sample(7, 3, 2 * k).pixel));
+            let [u, v] = s.lens.map(f64::from);
+            let right = |c: &[f64; 2]| c[0] * v - c[1] * u <= 0.0;
+            counts[(0..4).position(|i| right(&corners[i]) && !right(&corners[(i + 1) % 4])).unwrap_or(0)] +=
+                1;
+        }
+        assert!(counts.iter().all(|count| (count - 256).abs() <= 8), "{counts:?}");
     }
 
     #[test]

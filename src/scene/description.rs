@@ -7,6 +7,7 @@ use crate::camera::Camera;
 use crate::error::{Error, ErrorKind, Place, Result};
 use crate::optics::{Adjust, FocusTarget};
 use crate::quantity::{Angle, Length};
+use crate::sampling::ApertureShape;
 use glam::DVec3;
 
 /// The longest side of a picture in pixels: what 16-bit pixel boxes hold.
@@ -47,6 +48,13 @@ pub struct Blades {
     pub count: u32,
     /// 0: a corner at +ey; positive turns +ey toward +ex.
     pub rotation: Angle,
+}
+
+impl Blades {
+    /// The polygon, as samples fill it.
+    pub fn shape(&self) -> ApertureShape {
+        ApertureShape::Polygon { blades: self.count, rotation: self.rotation.as_radians() }
+    }
 }
 
 /// The plane that shall be sharp and how to reach it.

@@ -11,6 +11,7 @@ use super::surfaces::{Placement, Surfaces};
 use crate::error::{Error, ErrorKind, Place, Result, Warning};
 use crate::optics::Optics;
 use crate::quantity::Length;
+use crate::sampling::ApertureShape;
 use glam::DVec3;
 use std::path::Path;
 
@@ -210,6 +211,11 @@ impl Scene {
         let bytes = files.read(&file, SIZE_LIMIT as u64 + 1).map_err(named)?;
         let description = SceneFile::from_document(Document::from_bytes(&bytes, &name)?)?.describe()?;
         description.load(&files, file.parent().unwrap_or(Path::new("")), None)
+    }
+
+    /// The aperture's shape.
+    pub fn aperture_shape(&self) -> ApertureShape {
+        self.blades.map_or(ApertureShape::Disk, |blades| blades.shape())
     }
 
     /// The hash of the resolved scene and the bytes of its assets, not their paths: SHA-256 in hexadecimal. How good the

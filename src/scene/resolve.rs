@@ -41,11 +41,6 @@ impl SceneDescription {
     pub fn refuse_unbuilt_effects(&self) -> Result<()> {
         let asked = [
             (self.sun.is_some_and(|sun| sun.shadows), "sun.shadows", "shadows = false"),
-            (
-                self.blades.is_some(),
-                "camera.aperture",
-                "no [camera.aperture] table: the aperture is then a disk",
-            ),
             (self.render.diffraction, "render.diffraction", "diffraction = false"),
         ];
         for (is_asked, key, instead) in asked {

@@ -23,7 +23,7 @@ pub fn pixel(scene: &Scene, i: u32, j: u32) -> Pixel {
     let Budget::Samples(n) = scene.render.budget else { panic!("the oracle needs a number of samples") };
     let stream = sampling::pixel_stream(i, j, n);
     for k in 0..n {
-        let s = sampling::sample(scene.render.seed, stream, k);
+        let s = sampling::sample_through(&scene.aperture_shape(), scene.render.seed, stream, k);
         let r = scene.optics.aperture_radius();
         let (u, v) = (f64::from(s.lens[0]) * r, f64::from(s.lens[1]) * r);
         let x = 2.0 * (f64::from(i) + f64::from(s.pixel[0])) / f64::from(scene.render.width) - 1.0;
