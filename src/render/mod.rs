@@ -14,7 +14,7 @@ mod uniform;
 pub use adaptive::MOST_FOR_ERROR;
 pub use stages::Stages;
 
-use adaptive::Until;
+use adaptive::Timed;
 use picture::{Picture, Sequence};
 use stages::Stopwatch;
 
@@ -74,22 +74,23 @@ pub fn render(scene: &Scene, execution: Execution<'_>) -> Result<(Exposure, Coun
         Budget::Samples(samples) => draw(scene, Sequence::Uniform(samples), &execution, |picture, counts| {
             picture.uniform(samples, &execution, counts)
         }),
-        Budget::MaxError(error) => {
-            let until = Until::Error(error);
-            draw(scene, Sequence::Runs, &execution, |picture, counts| {
-                picture.adaptive(until, &execution, counts)
-            })
-        }
+        Budget::MaxError(error) => draw(scene, Sequence::Runs, &execution, |picture, counts| {
+            picture.until_error(error, &execution, counts)
+        }),
         Budget::Seconds(_) if execution.clock.is_none() => {
             Err(Error::invalid("a time was asked for, and there is no clock")
                 .at_key("render.time_budget_s")
                 .remedy("lend one in Execution::clock"))
         }
         Budget::Seconds(seconds) => {
-            let until = Until::Clock { start, end: start + seconds };
-            draw(scene, Sequence::Runs, &execution, |picture, counts| {
-                picture.adaptive(until, &execution, counts)
-            })
+            let times = (start, start + seconds);
+            let timed = draw(scene, Sequence::Runs, &execution, |picture, counts| {
+                picture.until_clock(times, &execution, counts)
+            })?;
+            match timed {
+                Timed::Done(done) => Ok(done),
+                Timed::TooShort(samples) => replay(scene, &Allocation::Uniform(samples), execution),
+            }
         }
     }
 }
@@ -121,12 +122,12 @@ pub fn replay(scene: &Scene, samples: &Allocation, execution: Execution<'_>) -> 
 }
 
 /// Prepares what all tiles share and lets `make` draw them, in a pool of threads.
-fn draw(
+fn draw<T: Send>(
     scene: &Scene,
     sequence: Sequence,
     execution: &Execution<'_>,
-    make: impl FnOnce(&Picture<'_>, Counts) -> Result<(Exposure, Counts)> + Send,
-) -> Result<(Exposure, Counts)> {
+    make: impl FnOnce(&Picture<'_>, Counts) -> Result<T> + Send,
+) -> Result<T> {
     let stripped;
     let scene = match without_materials(scene) {
         Some(scene) => {
