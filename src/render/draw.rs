@@ -102,7 +102,7 @@ impl Picture<'_> {
         sums.resize((TILE * TILE) as usize, [Vec3::ZERO; 2]);
         for (done, step) in steps.iter().enumerate() {
             before.clone_from(sums);
-            let mut pattern = pattern(&self.shape, self.seed, tile, self.streams, step.run, step.splits);
+            let mut pattern = pattern(&self.points, tile, self.streams, step.run, step.splits);
             if self.centred {
                 pattern.center();
             }
@@ -155,7 +155,7 @@ impl Picture<'_> {
         batch: &'b Batch,
         block: usize,
     ) -> (Vec2, impl Fn(usize) -> u64 + use<'b>) {
-        let (corner, seed) = (pattern.corner(block as u32), self.seed);
+        let (corner, seed) = (pattern.corner(block as u32), self.points.seed);
         let key = move |lane: usize| {
             let (x, y) = pattern.pixel(corner, batch, lane);
             hash(hash(seed, u64::from(tile.0 * TILE + x)), u64::from(tile.1 * TILE + y))

@@ -9,7 +9,7 @@
 use crate::raster::LANES;
 use crate::raster::view::{Batch, LensCell, Pattern};
 use crate::sampling::runs::{self, Run};
-use crate::sampling::{self, ApertureShape, Sample};
+use crate::sampling::{self, ApertureShape, PointSet, Sample};
 
 /// How often each dimension of a sample is halved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,11 +119,18 @@ impl Splits {
 /// within the aperture than within a pixel (2.5 groups a pixel and batch on the tower instead of 3.1).
 const ORDER: [u32; 4] = [2, 0, 3, 1];
 
+/// Where the samples of a picture come from.
+#[derive(Clone, Copy)]
+pub(super) struct Points {
+    pub set: PointSet,
+    pub shape: ApertureShape,
+    pub seed: u64,
+}
+
 /// The samples of `run` in tile `(tx, ty)` of a picture with `samples` a pixel or, where they go on, at least 16.
 /// They pass through an aperture of this shape.
 pub(super) fn pattern(
-    shape: &ApertureShape,
-    seed: u64,
+    points: &Points,
     (tx, ty): (u32, u32),
     samples: u32,
     run: Run,
@@ -137,7 +144,7 @@ pub(super) fn pattern(
             let (x, y) = (pixel % block_width, pixel / block_width);
             let stream = sampling::pixel_stream(tx * sampling::GRID + x, ty * sampling::GRID + y, samples);
             for index in (run.first + replicate..run.end()).step_by(2) {
-                let sample = sampling::sample_through(shape, seed, stream, index);
+                let sample = sampling::sample_of(points.set, &points.shape, points.seed, stream, index);
                 let (cluster, cell) = splits.place(&sample);
                 members[cluster].push((index, pixel, cell, sample));
             }
@@ -178,14 +185,9 @@ mod tests {
     #[test]
     fn clusters_of_a_power_of_two_hold_sixteen_samples_eight_of_each_half() {
         for samples in [16, 32, 64, 256, 1024, 4096] {
-            let pattern = pattern(
-                &ApertureShape::Disk,
-                3,
-                (5, 7),
-                samples,
-                Run { first: 0, count: samples },
-                Splits::new(samples),
-            );
+            let points = Points { set: PointSet::Sobol, shape: ApertureShape::Disk, seed: 3 };
+            let pattern =
+                pattern(&points, (5, 7), samples, Run { first: 0, count: samples }, Splits::new(samples));
             assert_eq!(pattern.batches.len() as u32, samples / 16);
             for batch in &pattern.batches {
                 assert_eq!((batch.live, batch.odd.count_ones()), (0xffff, 8));
@@ -209,7 +211,8 @@ mod tests {
     fn check(shape: &ApertureShape, samples: u32) {
         let splits = Splits::new(samples);
         let cells = splits.lens_cells(shape, 1.0);
-        let pattern = pattern(shape, 0, (0, 0), samples, Run { first: 0, count: samples }, splits);
+        let points = Points { set: PointSet::Sobol, shape: *shape, seed: 0 };
+        let pattern = pattern(&points, (0, 0), samples, Run { first: 0, count: samples }, splits);
         let pixels = pattern.block_width * pattern.block_height;
         let mut seen = vec![0; (samples * pixels) as usize];
         for batch in &pattern.batches {

@@ -2,7 +2,7 @@
 
 use super::frame::{Falloff, LensFrame};
 use super::highlights::Highlights;
-use super::pattern::Splits;
+use super::pattern::{Points, Splits};
 use super::stages::{Stages, Stopwatch};
 use crate::plan::RenderPlan;
 use crate::raster::TILE;
@@ -31,8 +31,7 @@ pub(super) enum Sequence {
 /// Everything that all tiles share.
 pub(super) struct Picture<'a> {
     pub(super) surfaces: &'a Surfaces,
-    pub(super) seed: u64,
-    pub(super) shape: ApertureShape,
+    pub(super) points: Points,
     /// Brightening of the shown picture.
     pub(super) gain: f32,
     pub(super) shared: bool,
@@ -91,8 +90,7 @@ impl<'a> Picture<'a> {
         let highlights = Highlights::new(scene, &view, &positions, gain);
         Self {
             surfaces,
-            seed: scene.render.seed,
-            shape,
+            points: Points { set: scene.render.points, shape, seed: scene.render.seed },
             gain,
             shared,
             surface_count: if shared && !surfaces.patches.of.is_empty() {

@@ -7,10 +7,12 @@
 //! lens, so every power of two of consecutive points puts equally many in each elementary interval.
 
 mod aperture;
+mod points;
 pub mod runs;
 mod sobol;
 
 pub use aperture::{ApertureShape, disk_from_square, square_cell};
+pub use points::PointSet;
 pub use sobol::{hash, scrambled_sobol, shuffled_radical_inverse};
 
 /// One sample: a lens point and a place in the pixel, both as exact single-precision numbers.
@@ -59,8 +61,13 @@ pub fn sample(seed: u64, stream: u64, index: u32) -> Sample {
 
 /// As [`sample`], for an aperture of any shape: the same points of the square, mapped to it.
 pub fn sample_through(shape: &ApertureShape, seed: u64, stream: u64, index: u32) -> Sample {
+    sample_of(PointSet::Sobol, shape, seed, stream, index)
+}
+
+/// As [`sample_through`], of points to choose.
+pub fn sample_of(points: PointSet, shape: &ApertureShape, seed: u64, stream: u64, index: u32) -> Sample {
     let key = hash(hash(seed, stream), u64::from(index & 1));
-    let [a, b, x, y] = scrambled_sobol(index >> 1, key);
+    let [a, b, x, y] = points.point(index >> 1, key);
     Sample { square: [a, b], lens: shape.from_square([a, b]), pixel: [x, y] }
 }
 

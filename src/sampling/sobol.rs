@@ -44,7 +44,7 @@ fn owen_scramble(x: u32, seed: u32) -> u32 {
     x.reverse_bits()
 }
 
-fn unit(x: u32) -> f32 {
+pub(super) fn unit(x: u32) -> f32 {
     // 24 bits: every value is exact and below 1.
     (x >> 8) as f32 * (1.0 / 16_777_216.0)
 }

@@ -11,7 +11,7 @@ use super::surfaces::{Placement, Surfaces};
 use crate::error::{Error, ErrorKind, Place, Result, Warning};
 use crate::optics::Optics;
 use crate::quantity::Length;
-use crate::sampling::ApertureShape;
+use crate::sampling::{ApertureShape, PointSet};
 use glam::DVec3;
 use std::path::Path;
 
@@ -61,6 +61,8 @@ pub struct PictureSettings {
     pub seed: u64,
     /// Which effects are wanted beside what the scene's keys say.
     pub effects: EffectChoice,
+    /// Where the samples' points come from.
+    pub points: PointSet,
     /// Whether samples may share look-ups of colour.
     pub share_shading: bool,
 }
@@ -166,6 +168,7 @@ impl SceneDescription {
                 diffraction,
                 seed,
                 effects: EffectChoice::default(),
+                points: PointSet::default(),
                 share_shading: true,
             },
             meshes,

@@ -4,6 +4,7 @@ use glam::{DVec3, Vec2, Vec3};
 use groundglass::camera::{Aperture, Camera, FilmSize, Standard};
 use groundglass::optics::Optics;
 use groundglass::quantity::{Angle, FNumber, Length};
+use groundglass::sampling::PointSet;
 use groundglass::scene::{
     Attributes, Budget, EffectChoice, Level, Material, NONE, PictureSettings, Scene, Sky, Sun, Surfaces,
     Texture,
@@ -206,6 +207,7 @@ pub fn scene(camera: &Camera, surfaces: Surfaces, width: u32, samples: u32) -> S
             diffraction: false,
             seed: 0,
             effects: EffectChoice::default(),
+            points: PointSet::default(),
             share_shading: false,
         },
         circle_of_confusion: Length::millimetres(0.1),
