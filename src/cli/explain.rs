@@ -86,7 +86,7 @@ fn explain(scene: &Scene, cancel: &AtomicBool) -> Result<Explanation> {
                 let other = probe(&small, plan.active().set(name, !effect.active), cancel)?;
                 let (with, without) = if effect.active { (base, &other) } else { (&other, base) };
                 let cost = (with.seconds - without.seconds) / base.seconds;
-                Some((cost, difference(&with.picture, &without.picture)))
+                Some((cost, with.picture.rms_difference(&without.picture, scene.render.exposure_ev)))
             }
             _ => None,
         };
@@ -128,20 +128,6 @@ fn probe(scene: &Scene, active: EffectSet, cancel: &AtomicBool) -> Result<Probe>
     }
     // There is one: it was drawn more than no times.
     best.ok_or_else(|| groundglass::Error::invalid("nothing was drawn"))
-}
-
-/// Root mean square difference of two pictures clamped to 0..1.
-fn difference(a: &Exposure, b: &Exposure) -> f64 {
-    let pixels = (0..a.height()).flat_map(|y| (0..a.width()).map(move |x| (x, y)));
-    let squares = pixels.map(|(x, y)| {
-        let channels = a.pixel(x, y).into_iter().zip(b.pixel(x, y));
-        channels
-            .map(|(a, b)| f64::from(a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)))
-            .map(|gap| gap * gap)
-            .sum::<f64>()
-    });
-    let count = 3.0 * f64::from(a.width()) * f64::from(a.height());
-    (squares.sum::<f64>() / count).sqrt()
 }
 
 fn words(explanation: &Explanation) -> String {

@@ -4,6 +4,7 @@
 
 mod builtin;
 mod check;
+mod cost;
 mod diagram;
 mod effects;
 mod explain;
@@ -52,6 +53,8 @@ enum Verb {
     Check(check::Arguments),
     /// Says which effects are in a scene's picture, why, what each costs and what leaving it out changes
     Explain(explain::Arguments),
+    /// Measures what accuracy costs in time on a scene, and writes charts, a table and a page
+    Cost(cost::Arguments),
     /// Prints the JSON schema of the scene file
     Schema(schema::Arguments),
     /// Writes a first scene for an OBJ model
@@ -83,6 +86,7 @@ fn dispatch(verb: &Verb) -> Result<bool> {
         Verb::Render(arguments) => render::run(arguments),
         Verb::Check(arguments) => check::run(arguments),
         Verb::Explain(arguments) => explain::run(arguments),
+        Verb::Cost(arguments) => cost::run(arguments),
         Verb::Schema(arguments) => schema::run(arguments),
         Verb::New(arguments) => new::run(arguments),
         Verb::Diagram(_) => Ok(()),

@@ -1,0 +1,75 @@
+//! `groundglass cost SCENE`: what accuracy costs in time, measured on the scene itself.
+//!
+//! Against a converged picture of other samples, a ladder of budgets and ways is drawn and timed; a folder then holds charts, a
+//! table, crops side by side and a page that says it in words. What was measured is kept, so a study that was stopped
+//! goes on where it was.
+
+mod approximation;
+mod report;
+mod study;
+mod ways;
+
+use super::effects::EffectArguments;
+use super::input::{self, SceneArguments};
+use super::values::Pixels;
+use super::{interrupt, optics_words, report as tell, stats};
+use groundglass::error::{Error, Result};
+use std::path::PathBuf;
+use study::Study;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    /// The folder to write to; groundglass-out/STEM-cost by default
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: Option<PathBuf>,
+    /// Small pictures and few of them: an answer in less than 20 seconds
+    #[arg(long)]
+    pub(super) quick: bool,
+    /// Width of the pictures in pixels; the height follows
+    #[arg(long, value_name = "PX")]
+    pub(super) width: Option<Pixels>,
+    /// Number of threads; all cores by default
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(super) threads: Option<u16>,
+    #[command(flatten)]
+    pub(super) effects: EffectArguments,
+}
+
+/// Widths of the pictures, where none is given.
+const WIDTH: u32 = 480;
+const QUICK_WIDTH: u32 = 160;
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let input = input::read(&arguments.scene)?;
+    input.scene.refuse_unbuilt_effects()?;
+    let usual = if arguments.quick { QUICK_WIDTH } else { WIDTH };
+    let mut scene = input.load_at(Some(arguments.width.map_or(usual, |width| width.0)))?;
+    arguments.effects.apply(&mut scene)?;
+    tell::warnings(&scene.warnings);
+    tell::warnings(&optics_words::warnings(&scene.optics, &input.name()));
+    if let Some(available) = stats::available_memory() {
+        scene.check_memory(available)?;
+    }
+    let stem = arguments.scene.scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = arguments
+        .output
+        .clone()
+        .unwrap_or_else(|| PathBuf::from("groundglass-out").join(format!("{stem}-cost")));
+    std::fs::create_dir_all(&folder).map_err(|error| super::output::broken(&folder, &error))?;
+    let threads = arguments.threads.map(usize::from);
+    let study = interrupt::polled(|cancel| {
+        let mut study = Study::open(&scene, &folder, threads, arguments.quick, input.read_paths())?;
+        study.measure(cancel)?;
+        Ok(study)
+    })
+    .map_err(|error: Error| match error.kind() {
+        groundglass::ErrorKind::Cancelled => {
+            error.remedy(format!("the same command goes on; {} keeps what was measured", folder.display()))
+        }
+        _ => error,
+    })?;
+    report::write(&study, &stem, &folder)?;
+    tell::print(&format!("{}\n{}\n", report::sentence(&study), folder.join("cost.md").display()))
+}

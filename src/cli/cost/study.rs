@@ -1,0 +1,242 @@
+//! The measurements of a study, kept in its folder as they come.
+
+use super::super::output;
+use super::super::progress::Progress;
+use super::ways::{Setting, Step, UNIFORM, draw, ladder};
+use exr::prelude::{ReadChannels, ReadLayers};
+use groundglass::error::{Error, Result};
+use groundglass::picture::{Allocation, Exposure};
+use groundglass::render::{Execution, SimdLevel, render};
+use groundglass::scene::{Budget, Scene};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+/// Samples of the converged picture.
+const TRUTH: u32 = 8192;
+const QUICK_TRUTH: u32 = 2048;
+
+/// A picture that takes longer than this is timed once.
+const LONG_SECONDS: f64 = 4.0;
+
+/// What times are compared with: this many uniform samples, drawn just before.
+pub(super) const BASELINE: u32 = 64;
+
+/// One way at one setting, measured.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Measured {
+    pub(super) way: String,
+    pub(super) setting: String,
+    /// Mean over the pixels.
+    pub(super) samples: f64,
+    /// RMS difference from the converged picture, both clamped, linear light.
+    pub(super) true_rms: f64,
+    /// What the picture says of itself.
+    pub(super) stated_rms: Option<f64>,
+    /// The median of the times, the shortest and the longest.
+    pub(super) seconds: f64,
+    pub(super) seconds_low: f64,
+    pub(super) seconds_high: f64,
+    /// The median over the time of 64 uniform samples, drawn just before.
+    pub(super) ratio: f64,
+}
+
+/// What `cost.json` holds.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Table {
+    pub(super) scene_hash: String,
+    pub(super) version: String,
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) quick: bool,
+    pub(super) threads: usize,
+    pub(super) simd: String,
+    /// Samples of the converged picture, which has another seed.
+    pub(super) converged_samples: u32,
+    pub(super) measured: Vec<Measured>,
+}
+
+pub(super) struct Study<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) table: Table,
+    /// None until [`Study::measure`] has it.
+    pub(super) truth: Option<Exposure>,
+    folder: &'a Path,
+    threads: Option<usize>,
+    /// Files that were read, which no output may replace.
+    pub(super) read: Vec<PathBuf>,
+}
+
+impl<'a> Study<'a> {
+    /// A new study, or the one that the folder holds when it is of the same scene in the same way.
+    pub(super) fn open(
+        scene: &'a Scene,
+        folder: &'a Path,
+        threads: Option<usize>,
+        quick: bool,
+        read: Vec<PathBuf>,
+    ) -> Result<Self> {
+        let mut table = Table {
+            scene_hash: scene.hash(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            width: scene.render.width,
+            height: scene.render.height,
+            quick,
+            threads: threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
+            simd: SimdLevel::best().name().to_owned(),
+            converged_samples: if quick { QUICK_TRUTH } else { TRUTH },
+            measured: Vec::new(),
+        };
+        let mut truth = None;
+        let found = std::fs::read_to_string(folder.join("cost.json")).ok();
+        if let Some(found) = found.and_then(|text| serde_json::from_str::<Table>(&text).ok()) {
+            let blank = |table: &Table| Table { measured: Vec::new(), ..table.clone() };
+            let same = serde_json::to_string(&blank(&found)).ok() == serde_json::to_string(&table).ok();
+            if same {
+                truth = converged(&folder.join("converged.exr"), &table);
+                // Errors against a picture that is gone are worth nothing.
+                if truth.is_some() {
+                    table = found;
+                }
+            }
+        }
+        Ok(Self { scene, table, truth, folder, threads, read })
+    }
+
+    /// Measures what is not measured yet.
+    pub(super) fn measure(&mut self, cancel: &AtomicBool) -> Result<()> {
+        let steps = ladder(self.scene, self.table.quick);
+        let progress = Progress::new();
+        // Work left is counted in samples: times differ by way, but these are known beforehand.
+        let work = |step: &Step| match step.setting {
+            Setting::Samples(n) | Setting::ErrorOf(n) | Setting::Approximation(n) => {
+                u64::from(n + BASELINE) * 3
+            }
+        };
+        let truth_work = u64::from(self.table.converged_samples);
+        let total = truth_work + steps.iter().map(work).sum::<u64>();
+        let mut done = 0;
+        let truth = match self.truth.take() {
+            Some(truth) => truth,
+            None => {
+                let told = |tile: usize, tiles: usize| {
+                    progress.tell("converging", truth_work * tile as u64 / tiles.max(1) as u64, total);
+                };
+                self.converge(Execution { progress: Some(&told), ..self.execution(cancel) })?
+            }
+        };
+        done += truth_work;
+        for step in &steps {
+            progress.tell("measuring", done, total);
+            done += work(step);
+            if self.find(&step.way, &step.setting.name()).is_none() {
+                let measured = self.time(step, &truth, cancel)?;
+                self.table.measured.push(measured);
+                self.save()?;
+            }
+        }
+        progress.finish();
+        self.truth = Some(truth);
+        Ok(())
+    }
+
+    pub(super) fn find(&self, way: &str, setting: &str) -> Option<&Measured> {
+        self.table.measured.iter().find(|found| found.way == way && found.setting == setting)
+    }
+
+    fn execution<'b>(&self, cancel: &'b AtomicBool) -> Execution<'b> {
+        Execution { threads: self.threads, cancel: Some(cancel), ..Execution::default() }
+    }
+
+    /// The converged picture, of other samples than any that is measured.
+    fn converge(&mut self, execution: Execution<'_>) -> Result<Exposure> {
+        let mut scene = self.scene.clone();
+        scene.render.budget = Budget::Samples(self.table.converged_samples);
+        scene.render.seed = scene.render.seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let (truth, _) = render(&scene, execution)?;
+        let path = self.folder.join("converged.exr");
+        output::write_whole(&path, &self.read, |file| truth.write_exr(&[], file))?;
+        self.table.measured.clear();
+        self.save()?;
+        Ok(truth)
+    }
+
+    fn save(&self) -> Result<()> {
+        let mut text = serde_json::to_string_pretty(&self.table).unwrap_or_default();
+        text.push('\n');
+        output::write_text(&self.folder.join("cost.json"), &self.read, &text)
+    }
+
+    /// Draws a step's picture once.
+    pub(super) fn draw(&self, step: &Step, cancel: &AtomicBool) -> Result<Exposure> {
+        let error = match step.setting {
+            Setting::ErrorOf(n) => self
+                .find(UNIFORM, &Setting::Samples(n).name())
+                .and_then(|found| found.stated_rms)
+                .filter(|&error| error > 0.0)
+                .unwrap_or(f64::MIN_POSITIVE.sqrt()),
+            _ => 0.0,
+        };
+        draw(self.scene, step, error, self.execution(cancel))
+    }
+
+    fn time(&self, step: &Step, truth: &Exposure, cancel: &AtomicBool) -> Result<Measured> {
+        let timed = |step: &Step| -> Result<(Exposure, f64)> {
+            let start = Instant::now();
+            let picture = self.draw(step, cancel)?;
+            Ok((picture, start.elapsed().as_secs_f64()))
+        };
+        let baseline = Step { way: UNIFORM.to_owned(), setting: Setting::Samples(BASELINE) };
+        let (_, baseline) = timed(&baseline)?;
+        let (picture, first) = timed(step)?;
+        let mut times = vec![first];
+        for _ in 0..if first > LONG_SECONDS { 0 } else { 2 } {
+            times.push(timed(step)?.1);
+        }
+        times.sort_by(f64::total_cmp);
+        let seconds = times[times.len() / 2];
+        Ok(Measured {
+            way: step.way.clone(),
+            setting: step.setting.name(),
+            samples: picture.samples().mean(),
+            true_rms: picture.rms_difference(truth, self.scene.render.exposure_ev),
+            stated_rms: picture.rms_error(),
+            seconds,
+            seconds_low: times[0],
+            seconds_high: times[times.len() - 1],
+            ratio: seconds / baseline,
+        })
+    }
+}
+
+/// The converged picture of an earlier run, if it is there and whole.
+fn converged(path: &Path, table: &Table) -> Option<Exposure> {
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(
+            |size, _| (size.width(), vec![[0.0f32; 3]; size.area()]),
+            |(width, pixels): &mut (usize, Vec<[f32; 3]>), at, (r, g, b): (f32, f32, f32)| {
+                if let Some(pixel) = pixels.get_mut(at.y() * *width + at.x()) {
+                    *pixel = [r, g, b];
+                }
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .ok()?;
+    let size = image.layer_data.size;
+    let (_, pixels) = image.layer_data.channel_data.pixels;
+    let is_whole = (size.width(), size.height()) == (table.width as usize, table.height as usize);
+    is_whole.then(|| {
+        let samples = Allocation::Uniform(table.converged_samples);
+        Exposure::from_rows(table.width, table.height, &pixels, samples)
+    })
+}
+
+/// For a study of nothing.
+pub(super) fn nothing() -> Error {
+    Error::invalid("nothing was measured")
+}

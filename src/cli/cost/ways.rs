@@ -1,0 +1,87 @@
+//! The ways to spend time on a picture that a study compares, and the settings of each.
+
+use super::approximation;
+use groundglass::error::Result;
+use groundglass::picture::Exposure;
+use groundglass::plan::RenderPlan;
+use groundglass::render::{Execution, render};
+use groundglass::sampling::PointSet;
+use groundglass::scene::{Budget, EffectName, Scene};
+
+/// One way at one setting.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Step {
+    /// What it is called in table and charts.
+    pub(super) way: String,
+    pub(super) setting: Setting,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Setting {
+    /// So many samples of every pixel.
+    Samples(u32),
+    /// The error that so many uniform samples stated.
+    ErrorOf(u32),
+    /// A pinhole picture of so many samples, blurred by what each pixel's depth asks for.
+    Approximation(u32),
+}
+
+impl Setting {
+    pub(super) fn name(self) -> String {
+        match self {
+            Self::Samples(n) => format!("N = {n}"),
+            Self::ErrorOf(n) => format!("error of N = {n}"),
+            Self::Approximation(n) => format!("pinhole, N = {n}"),
+        }
+    }
+}
+
+/// The way that all others are compared with.
+pub(super) const UNIFORM: &str = "uniform";
+pub(super) const ADAPTIVE: &str = "adaptive";
+const UNSHARED: &str = "unshared shading";
+pub(super) const APPROXIMATION: &str = "pinhole and blur";
+
+/// All steps, in the order in which they are measured.
+pub(super) fn ladder(scene: &Scene, quick: bool) -> Vec<Step> {
+    let counts: &[u32] = if quick { &[4, 16, 64, 256] } else { &[4, 16, 64, 256, 1024] };
+    let few: &[u32] = if quick { &[16, 64] } else { &[16, 64, 256] };
+    let step = |way: &str, setting| Step { way: way.to_owned(), setting };
+    let mut steps: Vec<Step> = counts.iter().map(|&n| step(UNIFORM, Setting::Samples(n))).collect();
+    // The error of 4 samples is reached by the first 16.
+    steps.extend(counts[1..].iter().map(|&n| step(ADAPTIVE, Setting::ErrorOf(n))));
+    for set in PointSet::ALL.into_iter().filter(|&set| set != PointSet::default()) {
+        steps.extend(few.iter().map(|&n| step(&format!("{set} points"), Setting::Samples(n))));
+    }
+    steps.extend(few.iter().map(|&n| step(UNSHARED, Setting::Samples(n))));
+    let plan = RenderPlan::new(scene);
+    if plan.active().has(EffectName::Defocus) {
+        steps.push(step(APPROXIMATION, Setting::Approximation(16)));
+    }
+    for name in EffectName::ALL.into_iter().filter(|&name| plan.active().has(name)) {
+        steps.push(step(&format!("without {name}"), Setting::Samples(64)));
+    }
+    steps
+}
+
+/// Draws a step's picture; `error` is what [`Setting::ErrorOf`] asks for.
+pub(super) fn draw(scene: &Scene, step: &Step, error: f64, execution: Execution<'_>) -> Result<Exposure> {
+    let mut scene = scene.clone();
+    if let Some(set) = PointSet::ALL.into_iter().find(|set| step.way == format!("{set} points")) {
+        scene.render.points = set;
+    }
+    if let Some(name) = EffectName::ALL.into_iter().find(|name| step.way == format!("without {name}")) {
+        let effects = &mut scene.render.effects;
+        (effects.with, effects.without) = (effects.with.set(name, false), effects.without.set(name, true));
+    }
+    scene.render.share_shading = step.way != UNSHARED;
+    match step.setting {
+        Setting::Samples(n) => scene.render.budget = Budget::Samples(n),
+        Setting::ErrorOf(_) => scene.render.budget = Budget::MaxError(error),
+        Setting::Approximation(n) => {
+            scene.render.budget = Budget::Samples(n);
+            return approximation::draw(&scene, execution);
+        }
+    }
+    Ok(render(&scene, execution)?.0)
+}
