@@ -121,7 +121,7 @@ fn the_same_bytes_for_any_thread_count_and_in_a_replay() {
     let samples = Allocation::from_text(timed.width(), timed.height(), &text).unwrap();
     let (again, _) = replay(&scene, &samples, Execution::default()).unwrap();
     assert!(bits(&timed) == bits(&again) && timed.rms_error() == again.rms_error());
-    let other = Allocation::from_text(8, 8, "1x16").unwrap();
+    let other = Allocation::from_text(8, 8, "16: 1x16").unwrap();
     assert_eq!(replay(&scene, &other, Execution::default()).unwrap_err().kind(), ErrorKind::Invalid);
 }
 

@@ -20,14 +20,16 @@ pub enum Allocation {
 pub struct BlockSamples {
     width: u32,
     height: u32,
+    /// How many are drawn at once first; the others follow in runs.
+    base: u32,
     samples: Vec<u32>,
 }
 
 impl BlockSamples {
-    /// For a picture of `width` x `height` pixels, none so far.
-    pub fn new(width: u32, height: u32) -> Self {
+    /// For a picture of `width` x `height` pixels, none so far; the first `base` of a pixel are drawn at once.
+    pub(crate) fn new(width: u32, height: u32, base: u32) -> Self {
         let count = width.div_ceil(BLOCK) as usize * height.div_ceil(BLOCK) as usize;
-        Self { width, height, samples: vec![0; count] }
+        Self { width, height, base, samples: vec![0; count] }
     }
 
     /// Blocks in a row, and rows of blocks.
@@ -52,6 +54,11 @@ impl BlockSamples {
         }
     }
 
+    /// How many samples are drawn at once first.
+    pub(crate) fn base(&self) -> u32 {
+        self.base
+    }
+
     /// Picture width and height in pixels.
     pub fn size(&self) -> (u32, u32) {
         (self.width, self.height)
@@ -67,11 +74,11 @@ impl BlockSamples {
         })
     }
 
-    /// As text: `COUNTxSAMPLES`, separated by blanks, for blocks one after the other.
+    /// As text: the number drawn at once, a colon, then `COUNTxSAMPLES`, separated by blanks, for blocks one after the other.
     pub fn to_text(&self) -> String {
         let runs = self.samples.chunk_by(|a, b| a == b);
         let words: Vec<_> = runs.map(|run| format!("{}x{}", run.len(), run[0])).collect();
-        words.join(" ")
+        format!("{}: {}", self.base, words.join(" "))
     }
 
     /// From such text.
@@ -79,12 +86,17 @@ impl BlockSamples {
     /// # Errors
     /// [`crate::error::ErrorKind::Invalid`] for other text, other numbers of blocks, and numbers of samples that no run leads to.
     pub fn from_text(width: u32, height: u32, text: &str) -> Result<Self> {
-        let mut found = Self::new(width, height);
+        let wrong = || Error::invalid("does not begin with a number of samples and a colon");
+        let (base, text) = text.split_once(':').ok_or_else(wrong)?;
+        let base =
+            base.trim().parse().ok().filter(|&base: &u32| base.is_power_of_two() && runs::is_reached(base));
+        let mut found = Self::new(width, height, base.ok_or_else(wrong)?);
         let wanted = found.samples.len();
         found.samples.clear();
         for word in text.split_whitespace() {
             let parts = word.split_once('x').and_then(|(n, k)| Some((n.parse().ok()?, k.parse().ok()?)));
-            let Some((count, samples)) = parts.filter(|&(_, k): &(usize, u32)| k > 0 && runs::is_reached(k))
+            let Some((count, samples)) =
+                parts.filter(|&(_, k): &(usize, u32)| k >= found.base && runs::is_reached(k))
             else {
                 return Err(Error::invalid(format!("`{word}` is no number of blocks with their samples")));
             };
@@ -151,12 +163,12 @@ mod tests {
 
     #[test]
     fn text_brings_back_the_numbers() {
-        let mut blocks = BlockSamples::new(20, 9);
+        let mut blocks = BlockSamples::new(20, 9, 16);
         for (i, samples) in [16, 16, 32, 1024, 1024, 96].into_iter().enumerate() {
             blocks.set(i as u32 % 3, i as u32 / 3, samples);
         }
         let text = blocks.to_text();
-        assert_eq!(text, "2x16 1x32 2x1024 1x96");
+        assert_eq!(text, "16: 2x16 1x32 2x1024 1x96");
         assert_eq!(BlockSamples::from_text(20, 9, &text).unwrap(), blocks);
         // 8 x 8 pixels and 4 x 8 in the first row, 1 pixel high in the second.
         let mean = (64 * 16 + 64 * 16 + 32 * 32 + 8 * 1024 + 8 * 1024 + 4 * 96) as f64 / 180.0;
@@ -165,7 +177,21 @@ mod tests {
 
     #[test]
     fn other_text_is_an_error() {
-        for text in ["", "6x16 1x16", "5x16", "6x17", "6x0", "x16", "6", "99999999999999999999x16", "6x-16"] {
+        for text in [
+            "",
+            "6x16",
+            "16: 6x16 1x16",
+            "16: 5x16",
+            "16: 6x17",
+            "16: 6x0",
+            "16: x16",
+            "6",
+            "16: 9999999999999999999x16",
+            "16: 6x-16",
+            "32: 6x16",
+            "17: 6x32",
+            "0: 6x16",
+        ] {
             assert!(BlockSamples::from_text(20, 9, text).is_err(), "{text}");
         }
     }

@@ -75,11 +75,10 @@ impl<'a> Picture<'a> {
         counts: Counts,
     ) -> Result<Timed> {
         let mut progressive = Progressive::new(self, counts)?;
-        if let Some(samples) = progressive.begin(end, execution)? {
-            return Ok(Timed::TooShort(samples));
+        match progressive.until_clock(start, end, execution)? {
+            Some(samples) => Ok(Timed::TooShort(samples)),
+            None => progressive.finish(execution).map(Timed::Done),
         }
-        progressive.until_clock(start, end, execution)?;
-        progressive.finish(execution).map(Timed::Done)
     }
 
     /// Draws exactly these numbers of samples.
@@ -91,6 +90,8 @@ impl<'a> Picture<'a> {
     ) -> Result<(Exposure, Counts)> {
         let mut progressive = Progressive::new(self, counts)?;
         let wanted = progressive.by_block(|x, y| samples.get(x, y));
+        let (width, height) = samples.size();
+        progressive.samples = BlockSamples::new(width, height, samples.base());
         progressive.round(&wanted, execution, &|| false)?;
         progressive.finish(execution)
     }
@@ -98,7 +99,7 @@ impl<'a> Picture<'a> {
 
 impl<'a> Progressive<'a> {
     fn new(picture: &'a Picture<'a>, counts: Counts) -> Result<Self> {
-        let samples = BlockSamples::new(picture.view.width, picture.view.height);
+        let samples = BlockSamples::new(picture.view.width, picture.view.height, FIRST_RUN);
         let tiles = picture.tiles();
         // Asked for at once and given back: better a refusal now than an abort half-way.
         zeroed(tiles * (TILE * TILE) as usize, [[0.0f32; 3]; 3])?;
@@ -137,10 +138,14 @@ impl<'a> Progressive<'a> {
 
     fn until_error(&mut self, error: f64, execution: &Execution<'_>) -> Result<()> {
         let columns = self.samples.columns_and_rows().0 as usize;
-        let mut wanted = vec![FIRST_RUN; self.errors.len()];
+        let pilot = self.pilot(execution)?;
+        let seen: f64 = pilot.iter().map(|block| f64::from(block.pixels)).sum();
+        let goal = MARGIN * MARGIN * error * error * 3.0 * seen;
+        let base =
+            allocate::base(&pilot, Goal::Error(goal), USUAL_FALL, MOST_FOR_ERROR, self.entries_per_pixel());
+        self.begin(base, execution)?;
         let (mut falling, mut before) = (USUAL_FALL, Vec::<Block>::new());
         loop {
-            self.round(&wanted, execution, &|| false)?;
             let goal = MARGIN * MARGIN * error * error * self.picture.values() / (1.0 + self.uncertainty());
             if self.squared_error() <= goal {
                 return Ok(());
@@ -149,7 +154,7 @@ impl<'a> Progressive<'a> {
             if !before.is_empty() {
                 falling = fall(&before, &blocks);
             }
-            wanted = allocate(&blocks, columns, Goal::Error(goal), falling, MOST_FOR_ERROR);
+            let mut wanted = allocate(&blocks, columns, Goal::Error(goal), falling, MOST_FOR_ERROR);
             if wanted.iter().zip(&blocks).all(|(&wanted, block)| wanted <= block.samples) {
                 // What was predicted is there and was not enough: ask for less, or be at the limit.
                 wanted = allocate(&blocks, columns, Goal::Error(0.8 * goal), falling, MOST_FOR_ERROR);
@@ -157,44 +162,71 @@ impl<'a> Progressive<'a> {
                     return Ok(());
                 }
             }
+            self.round(&wanted, execution, &|| false)?;
             before = blocks;
         }
     }
 
-    /// Draws some tiles; the number of samples that there is time for when it is less than the first run.
-    fn begin(&mut self, end: f64, execution: &Execution<'_>) -> Result<Option<u32>> {
-        let clock = execution.clock.unwrap_or(&|| 0.0);
+    /// Draws the first run in some tiles, which tell how long the picture takes and where its error is.
+    fn pilot(&mut self, execution: &Execution<'_>) -> Result<Vec<Block>> {
         let tiles_x = self.picture.bins.tiles_x as usize;
         let is_pilot =
             |x: u32, y: u32| ((y / BLOCKS) as usize * tiles_x + (x / BLOCKS) as usize) % PILOT == 0;
         let wanted = self.by_block(|x, y| if is_pilot(x, y) { FIRST_RUN } else { 0 });
-        let begun = clock();
         self.round(&wanted, execution, &|| false)?;
-        let now = clock();
-        let tiles = self.sums.len();
-        let rest = (now - begun) / tiles.div_ceil(PILOT) as f64 * tiles as f64 * (1.0 - 1.0 / PILOT as f64);
-        let left = end - now;
-        Ok((rest > left)
-            .then(|| FEWER.iter().find(|(_, part)| part * rest <= left).map_or(1, |&(samples, _)| samples)))
+        Ok(self.blocks().into_iter().filter(|block| block.samples > 0).collect())
     }
 
-    fn until_clock(&mut self, start: f64, end: f64, execution: &Execution<'_>) -> Result<()> {
+    /// Begins again with so many samples at once for every pixel.
+    fn begin(&mut self, base: u32, execution: &Execution<'_>) -> Result<()> {
+        if base != self.samples.base() {
+            let (width, height) = self.samples.size();
+            self.samples = BlockSamples::new(width, height, base);
+            self.sums.iter_mut().for_each(Vec::clear);
+            self.errors.fill(0.0);
+        }
+        self.round(&vec![base; self.errors.len()], execution, &|| false)
+    }
+
+    /// Entries of the tiles' bins for each pixel: how dear it is to begin a tile again.
+    fn entries_per_pixel(&self) -> f64 {
+        self.picture.bins.entries() as f64 / self.pixels()
+    }
+
+    fn pixels(&self) -> f64 {
+        f64::from(self.picture.view.width) * f64::from(self.picture.view.height)
+    }
+
+    /// Draws until the time is up; where there is no time for the first run, the number of samples that there is time for.
+    fn until_clock(&mut self, start: f64, end: f64, execution: &Execution<'_>) -> Result<Option<u32>> {
         let clock = execution.clock.unwrap_or(&|| 0.0);
         let late = || clock() >= end;
         let columns = self.samples.columns_and_rows().0 as usize;
-        let pixels = f64::from(self.picture.view.width) * f64::from(self.picture.view.height);
-        let everywhere = vec![FIRST_RUN; self.errors.len()];
-        // The first samples are drawn even when there is no time for them: a picture has to come of it.
+        let pixels = self.pixels();
         let begun = clock();
-        self.round(&everywhere, execution, &|| false)?;
-        let mut rate = pixels * f64::from(FIRST_RUN) / (clock() - begun).max(1e-9);
+        let pilot = self.pilot(execution)?;
+        let seen: f64 = pilot.iter().map(|block| f64::from(block.pixels)).sum();
+        let mut rate = seen * f64::from(FIRST_RUN) / (clock() - begun).max(1e-9);
+        let left = end - clock();
+        let rest = (pixels - seen) * f64::from(FIRST_RUN) / rate;
+        if rest > left {
+            let few = FEWER.iter().find(|(_, part)| part * rest <= left);
+            return Ok(Some(few.map_or(1, |&(samples, _)| samples)));
+        }
+        // Of a larger first run more samples are drawn in a time; what is left over goes into rounds.
+        let goal = Goal::Samples(left * rate * seen / pixels);
+        let base =
+            allocate::base(&pilot, goal, USUAL_FALL, allocate::MOST_FOR_TIME, self.entries_per_pixel());
+        let begun = clock();
+        self.begin(base, execution)?;
+        rate = pixels * f64::from(base) / (clock() - begun).max(1e-9) / 1.4;
         // A round takes what its predecessor's speed says, the first no more than a third of what is left: its errors
         // tell better where the rest should go.
         let mut share = 0.35;
         loop {
             let left = end - clock();
             if left <= 0.004 * (end - start) {
-                return Ok(());
+                return Ok(None);
             }
             let blocks = self.blocks();
             let wanted = allocate(
@@ -208,7 +240,7 @@ impl<'a> Progressive<'a> {
             let planned: f64 = wanted.iter().zip(&blocks).map(more).sum();
             if planned == 0.0 {
                 if share >= 1.0 {
-                    return Ok(());
+                    return Ok(None);
                 }
                 share = 1.0;
                 continue;
@@ -250,7 +282,7 @@ impl<'a> Progressive<'a> {
                         then[block] = wanted[(y * columns + x) as usize].max(now[block]);
                     }
                 }
-                let steps = steps(now, then);
+                let steps = steps(samples.base(), now, then);
                 let result = (!steps.is_empty() && !stop()).then(|| {
                     let watch = Stopwatch::start(execution.clock);
                     let (mut tally, count) = picture.draw_tile(scratch, (tx, ty), &steps, sums, watch, &stop);
@@ -315,12 +347,16 @@ impl<'a> Progressive<'a> {
     }
 }
 
-/// The runs that lead each block of a tile from `now` to `then` samples, each with the regions that take part.
-fn steps(now: ByBlock<u32>, then: ByBlock<u32>) -> Vec<Step> {
+/// The runs that lead each block of a tile from `now` to `then` samples, the first of `base`, each with the regions that
+/// take part.
+fn steps(base: u32, now: ByBlock<u32>, then: ByBlock<u32>) -> Vec<Step> {
     let going = || now.into_iter().zip(then).filter(|(now, then)| now < then);
     let from = going().map(|(now, _)| now).min().unwrap_or(0);
     let to = going().map(|(_, then)| then).max().unwrap_or(0);
-    Run::between(from, to)
+    let first = (from == 0).then_some(Run { first: 0, count: base });
+    first
+        .into_iter()
+        .chain(Run::between(from.max(base), to))
         .map(|run| {
             let takes_part = |&block: &usize| now[block] <= run.first && then[block] >= run.end();
             let wanted = (0..now.len()).filter(takes_part).map(regions).fold(0, |sum, bits| sum | bits);
