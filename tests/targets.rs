@@ -89,7 +89,7 @@ fn the_stated_error_is_the_true_one_and_a_target_is_reached() {
 #[test]
 fn samples_go_where_the_error_is() {
     let mut scene = blurred(3);
-    scene.render.budget = Budget::MaxError(0.004);
+    scene.render.budget = Budget::MaxError(0.0015);
     let adaptive = draw(&scene);
     let (least, most) = adaptive.samples().range();
     assert!(most >= 4 * least, "{least} to {most}");

@@ -33,7 +33,7 @@ const DEVIATIONS: f64 = 1.3;
 
 /// What came of a picture within a time.
 pub(super) enum Timed {
-    Done((Exposure, Counts)),
+    Done(Box<(Exposure, Counts)>),
     /// There is only time for so many samples of each pixel, drawn otherwise.
     TooShort(u32),
 }
@@ -77,7 +77,7 @@ impl<'a> Picture<'a> {
         let mut progressive = Progressive::new(self, counts)?;
         match progressive.until_clock(start, end, execution)? {
             Some(samples) => Ok(Timed::TooShort(samples)),
-            None => progressive.finish(execution).map(Timed::Done),
+            None => progressive.finish(execution).map(|done| Timed::Done(Box::new(done))),
         }
     }
 
@@ -171,7 +171,7 @@ impl<'a> Progressive<'a> {
     fn pilot(&mut self, execution: &Execution<'_>) -> Result<Vec<Block>> {
         let tiles_x = self.picture.bins.tiles_x as usize;
         let is_pilot =
-            |x: u32, y: u32| ((y / BLOCKS) as usize * tiles_x + (x / BLOCKS) as usize) % PILOT == 0;
+            |x: u32, y: u32| ((y / BLOCKS) as usize * tiles_x + (x / BLOCKS) as usize).is_multiple_of(PILOT);
         let wanted = self.by_block(|x, y| if is_pilot(x, y) { FIRST_RUN } else { 0 });
         self.round(&wanted, execution, &|| false)?;
         Ok(self.blocks().into_iter().filter(|block| block.samples > 0).collect())

@@ -88,7 +88,7 @@ pub fn render(scene: &Scene, execution: Execution<'_>) -> Result<(Exposure, Coun
                 picture.until_clock(times, &execution, counts)
             })?;
             match timed {
-                Timed::Done(done) => Ok(done),
+                Timed::Done(done) => Ok(*done),
                 Timed::TooShort(samples) => replay(scene, &Allocation::Uniform(samples), execution),
             }
         }
