@@ -38,8 +38,10 @@ pub(super) enum Timed {
     TooShort(u32),
 }
 
-/// One in so many tiles is drawn first, to see how long the picture takes.
+/// One in so many tiles is drawn first, to see how long the picture takes; of a small picture more, so that there are this
+/// many.
 const PILOT: usize = 11;
+const PILOT_TILES: usize = 24;
 
 /// What numbers of samples below [`FIRST_RUN`] take of its time, about (Sponza at 1280 x 1024).
 const FEWER: [(u32, f64); 4] = [(8, 0.8), (4, 0.65), (2, 0.5), (1, 0.0)];
@@ -170,8 +172,9 @@ impl<'a> Progressive<'a> {
     /// Draws the first run in some tiles, which tell how long the picture takes and where its error is.
     fn pilot(&mut self, execution: &Execution<'_>) -> Result<Vec<Block>> {
         let tiles_x = self.picture.bins.tiles_x as usize;
+        let stride = (self.sums.len() / PILOT_TILES).clamp(1, PILOT);
         let is_pilot =
-            |x: u32, y: u32| ((y / BLOCKS) as usize * tiles_x + (x / BLOCKS) as usize).is_multiple_of(PILOT);
+            |x: u32, y: u32| ((y / BLOCKS) as usize * tiles_x + (x / BLOCKS) as usize).is_multiple_of(stride);
         let wanted = self.by_block(|x, y| if is_pilot(x, y) { FIRST_RUN } else { 0 });
         self.round(&wanted, execution, &|| false)?;
         Ok(self.blocks().into_iter().filter(|block| block.samples > 0).collect())
