@@ -17,11 +17,13 @@
 mod blur;
 mod products;
 mod projection;
+mod sensitivity;
 mod solve;
 mod textbook;
 
 pub use blur::Blur;
 pub use projection::{Projection, Ray};
+pub use sensitivity::Sensitivity;
 pub use solve::{Adjust, FocusTarget, Limit, Nearest, Unsolvable, solve, upright};
 
 use crate::camera::Camera;
