@@ -172,7 +172,10 @@ impl Camera {
                 return Err(Error::invalid("not a finite number").at_key(name));
             }
         }
-        let back = unit(eye - look_at).ok_or_else(|| {
+        let apart = eye - look_at;
+        // The difference of two of the largest doubles is none.
+        let apart = if apart.is_finite() { apart } else { 0.5 * eye - 0.5 * look_at };
+        let back = unit(apart).ok_or_else(|| {
             Error::invalid("the camera looks at its own place")
                 .at_key("look_at_m")
                 .remedy("give look_at_m another point than eye_m")

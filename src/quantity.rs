@@ -60,8 +60,13 @@ impl Angle {
         self.0.to_radians()
     }
 
-    /// Sine and cosine, the same bits on every platform.
+    /// Sine and cosine, the same bits on every platform; the cosine of 90 degrees is 0.
     pub fn sin_cos(self) -> (f64, f64) {
+        // Near a right angle the cosine is what is left of it: that difference has no error in degrees.
+        if (45.0..=135.0).contains(&self.0.abs()) && self.0.abs() != 45.0 {
+            let (cosine, sine) = libm::sincos((90.0 - self.0.abs()).to_radians());
+            return (sine.copysign(self.0), cosine);
+        }
         libm::sincos(self.as_radians())
     }
 }
@@ -97,6 +102,14 @@ mod tests {
             assert_eq!(Angle::degrees(value).as_degrees(), value);
             assert!((Length::millimetres(value).as_millimetres() / value - 1.0).abs() < 1e-15);
         }
+    }
+
+    #[test]
+    fn right_angles_are_exact() {
+        assert_eq!(Angle::degrees(90.0).sin_cos(), (1.0, 0.0));
+        assert_eq!(Angle::degrees(-90.0).sin_cos(), (-1.0, 0.0));
+        let (sine, cosine) = Angle::degrees(90f64.next_down()).sin_cos();
+        assert!(sine == 1.0 && (cosine / (90.0 - 90f64.next_down()).to_radians() - 1.0).abs() < 1e-15);
     }
 
     #[test]

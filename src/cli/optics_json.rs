@@ -21,6 +21,33 @@ pub(crate) struct OpticsJson {
     pinhole_matrix: [f64; 16],
     #[serde(skip_serializing_if = "Option::is_none")]
     sample_matrices: Option<Vec<SampleMatrix>>,
+    sensitivity: Option<SensitivityJson>,
+}
+
+/// How far the plane of focus moves, square to itself, at `far_end` (world) with a change of 0.01 degrees or 0.01 mm;
+/// metres.
+#[derive(Serialize)]
+pub(crate) struct SensitivityJson {
+    far_end: [f64; 3],
+    front_tilt: f64,
+    front_swing: f64,
+    rear_tilt: f64,
+    rear_swing: f64,
+    extension: f64,
+}
+
+impl SensitivityJson {
+    pub(crate) fn of(optics: &Optics) -> Option<Self> {
+        let found = optics.sensitivity()?;
+        Some(Self {
+            far_end: optics.world_from_lens().point(found.far_end).to_array(),
+            front_tilt: found.front[0],
+            front_swing: found.front[1],
+            rear_tilt: found.rear[0],
+            rear_swing: found.rear[1],
+            extension: found.extension,
+        })
+    }
 }
 
 #[derive(Serialize)]
@@ -142,5 +169,6 @@ pub(crate) fn optics_json(
         sample_matrices: samples.map(|samples| {
             samples.iter().map(|&[u, v]| SampleMatrix { u, v, matrix: matrix(u, v) }).collect()
         }),
+        sensitivity: SensitivityJson::of(optics),
     }
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 use groundglass::camera::{Aperture, Standard};
 use groundglass::error::Warning;
 use groundglass::geometry::{Line, Plane};
-use groundglass::optics::Optics;
+use groundglass::optics::{Optics, Sensitivity};
 use groundglass::scene::Scene;
 use std::fmt::Write;
 
@@ -144,6 +144,7 @@ pub(crate) fn optics_words(optics: &Optics, circle_of_confusion: f64) -> String 
     say("sharp", plane_words(optics.focus_plane(), optics));
     say("Scheimpflug line", line_words(optics.scheimpflug_line(), optics));
     say("hinge line", line_words(optics.hinge_line(), optics));
+    say("sensitivity", sensitivity(optics));
     match optics.depth_of_field(circle_of_confusion) {
         None => say("depth of field", "without limit: a pinhole".to_owned()),
         Some(dof) => {
@@ -163,6 +164,22 @@ pub(crate) fn optics_words(optics: &Optics, circle_of_confusion: f64) -> String 
         }
     }
     out
+}
+
+/// What must be set how exactly.
+fn sensitivity(optics: &Optics) -> String {
+    let Some(found) = optics.sensitivity() else {
+        return "no sharp point in the picture is at a finite distance".to_owned();
+    };
+    let (name, moves) = found.largest_angle();
+    format!(
+        "a change of {} degrees in {name} moves the plane by {} at its far end, {} from the lens; {} mm of extension by {}",
+        Sensitivity::ANGLE,
+        length(moves),
+        length(found.far_end.length()),
+        number(Sensitivity::LENGTH * 1e3),
+        length(found.extension),
+    )
 }
 
 /// The largest angle from the lens axis to a film corner, radians, and the diameter of the image circle.

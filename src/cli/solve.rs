@@ -2,7 +2,7 @@
 //! file's; `--write` writes the scene with the movements found and without the target.
 
 use super::input::{self, SceneArguments};
-use super::optics_json::{self, Movements};
+use super::optics_json::{self, Movements, SensitivityJson};
 use super::values::{Distance, PlaneValue, PointsValue};
 use super::{new, optics_words, output, report};
 use clap::ValueEnum;
@@ -101,6 +101,7 @@ struct Found {
     rear: Movements,
     extension_mm: f64,
     focus_plane: [f64; 4],
+    sensitivity: Option<SensitivityJson>,
 }
 
 impl Found {
@@ -111,6 +112,7 @@ impl Found {
             rear: (&camera.rear).into(),
             extension_mm: camera.extension.as_millimetres(),
             focus_plane: optics_json::plane(optics.world_from_lens().plane(optics.focus_plane())),
+            sensitivity: SensitivityJson::of(&optics),
         })
     }
 }

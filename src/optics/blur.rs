@@ -25,37 +25,42 @@ impl Optics {
         if self.a.dot(point) <= 0.0 {
             return None;
         }
-        // Homogeneous film points are affine in the lens point: c0 + u cu + v cv over the unit disk.
-        let image = |u: f64, v: f64| self.film_image(self.lens_point(u, v) * self.radius, point);
-        let c0 = image(0.0, 0.0);
-        if c0.z <= 0.0 {
+        let (along, axis) = (self.n.dot(point), self.a.dot(point));
+        if along >= 0.0 {
             return None;
         }
-        let (px, py) = (c0.x / c0.z, c0.y / c0.z);
-        // Relative to the central image, where the small differences keep their digits.
-        let relative = |c: DVec3| DVec3::new(c.x - px * c.z, c.y - py * c.z, c.z);
-        let cu = relative(image(1.0, 0.0) - c0);
-        let cv = relative(image(0.0, 1.0) - c0);
-        // The dual conic of the image of the unit circle: cu cu^T + cv cv^T - c0 c0^T.
-        let k = cu.z * cu.z + cv.z * cv.z - c0.z * c0.z;
-        if k >= 0.0 {
+        // Homogeneous film points are affine in the lens point s. Less the central image P, of weight -n.x, they are
+        //     Q_s - P w_s = sigma ((n.s) x / (n.x) - s),   sigma = S.x: 0 on the plane of focus,
+        // so that a blur far smaller than its place on the film keeps its digits: nothing is subtracted.
+        let focus = self.focus_plane();
+        let sigma = (focus.m.dot(point) + focus.e) / -along;
+        let edge = |s: DVec3| {
+            let ns = self.n.dot(s);
+            let p = point * (ns / along) - s;
+            DVec3::new(self.fx.dot(p), self.fy.dot(p), ns * (1.0 - axis / self.f) / -along)
+        };
+        let (u, v) = (edge(self.ex * self.radius), edge(self.ey * self.radius));
+        // The dual conic of the image of the unit circle, u u^T + v v^T - (0, 0, 1) (0, 0, 1)^T; sigma is a scale.
+        let slope = libm::hypot(u.z, v.z);
+        let k = (1.0 - slope) * (1.0 + slope);
+        if k.is_nan() || k <= 0.0 {
             return None;
         }
-        let cx = (cu.x * cu.z + cv.x * cv.z) / k;
-        let cy = (cu.y * cu.z + cv.y * cv.z) / k;
-        let sxx = cx * cx - (cu.x * cu.x + cv.x * cv.x) / k;
-        let sxy = cx * cy - (cu.x * cu.y + cv.x * cv.y) / k;
-        let syy = cy * cy - (cu.y * cu.y + cv.y * cv.y) / k;
-        let mean = 0.5 * (sxx + syy);
-        let spread = libm::hypot(0.5 * (sxx - syy), sxy);
-        let large = mean + spread;
-        // The product of the roots is the determinant; mean - spread would cancel.
-        let small = if large > 0.0 { (sxx * syy - sxy * sxy).max(0.0) / large } else { 0.0 };
+        let (cx, cy) = (-(u.x * u.z + v.x * v.z) / k, -(u.y * u.z + v.y * v.z) / k);
+        let sxx = cx * cx + (u.x * u.x + v.x * v.x) / k;
+        let sxy = cx * cy + (u.x * u.y + v.x * v.y) / k;
+        let syy = cy * cy + (u.y * u.y + v.y * v.y) / k;
+        let large = 0.5 * (sxx + syy) + libm::hypot(0.5 * (sxx - syy), sxy);
+        // The product of the roots is the determinant, which is that of u, v and (0, 0, 1) squared over k^3.
+        let area = (u.x * v.y - u.y * v.x).abs() / (k * k.sqrt());
+        let largest = large.max(0.0).sqrt();
+        let smallest = if largest > 0.0 { area / largest } else { 0.0 };
         let angle = 0.5 * libm::atan2(2.0 * sxy, sxx - syy);
+        let center = point * (self.e / -along) - self.film_center;
         Some(Blur {
-            center: [px + cx, py + cy],
-            largest: 2.0 * large.max(0.0).sqrt(),
-            smallest: 2.0 * small.sqrt(),
+            center: [self.fx.dot(center) + sigma * cx, self.fy.dot(center) + sigma * cy],
+            largest: 2.0 * sigma.abs() * largest,
+            smallest: 2.0 * sigma.abs() * smallest,
             direction: [libm::cos(angle), libm::sin(angle)],
         })
     }

@@ -15,12 +15,15 @@
 //!   so the film-parallel plane through the lens, the front focal plane and S share a line.
 
 mod blur;
+mod products;
 mod projection;
+mod sensitivity;
 mod solve;
 mod textbook;
 
 pub use blur::Blur;
 pub use projection::{Projection, Ray};
+pub use sensitivity::Sensitivity;
 pub use solve::{Adjust, FocusTarget, Limit, Nearest, Unsolvable, solve, upright};
 
 use crate::camera::Camera;
@@ -185,8 +188,11 @@ impl Optics {
 
     /// The distance from lens centre to hinge line, in metres; `None` when it is at infinity.
     pub fn hinge_distance(&self) -> Option<f64> {
-        let sine = self.n.cross(self.a).length();
-        let distance = self.f / sine;
+        let across = self.n.cross(self.a);
+        // Squares of sines below 1e-154 underflow.
+        let scale = if across.abs().max_element() < 1e-140 { f64::MIN_POSITIVE } else { 1.0 };
+        let sine = (across / scale).length();
+        let distance = self.f / sine / scale;
         (sine > 0.0 && distance.is_finite()).then_some(distance)
     }
 
@@ -217,7 +223,13 @@ impl Optics {
 
     /// The plane of the object points whose images lie in `plane`.
     pub fn pull_back(&self, plane: Plane) -> Plane {
-        Plane { m: plane.m - (plane.e / self.f) * self.a, e: plane.e }
+        let ratio = plane.e / self.f;
+        if ratio.is_finite() {
+            return Plane { m: plane.m - ratio * self.a, e: plane.e };
+        }
+        // Any scale is the same plane: this one when the quotient overflows.
+        let sign = 1f64.copysign(plane.e);
+        Plane { m: plane.m * (self.f / plane.e.abs()) - sign * self.a, e: sign * self.f }
     }
 
     /// Whether the film plane reaches the aperture: some lens point has no film behind it.

@@ -1,6 +1,7 @@
 //! The inverse: which movements make a wanted plane sharp, or which limit stops them.
 
 use super::Optics;
+use super::products::normal_of;
 use crate::camera::{Camera, Standard, unit};
 use crate::error::Error;
 use crate::geometry::Plane;
@@ -158,8 +159,10 @@ fn focus_at(camera: &Camera, distance: f64) -> Result<Camera, Unsolvable> {
     }
     let n = camera.rear.rotation().z_axis;
     let a = -camera.front.rotation().z_axis;
-    // S.(a D) = 0 solved for e; f / (1 - f/D) holds at D = infinity too.
-    let e = n.dot(a) * (f / (1.0 - f / distance));
+    // S.(a D) = 0 solved for e; f / (1 - f/D) holds at D = infinity too. Nearer than 2 f the difference D - f has no
+    // error, whatever is left of it.
+    let share = if distance < 2.0 * f { (distance - f) / distance } else { 1.0 - f / distance };
+    let e = n.dot(a) * (f / share);
     with_film_plane(camera, camera.rear, e).map_err(|(limit, message)| fail(limit, message))
 }
 
@@ -170,7 +173,7 @@ fn wanted_plane(camera: &Camera, target: &FocusTarget) -> Result<Plane, Unsolvab
         FocusTarget::Plane { point, normal } => (point, unit(normal), 0.0),
         FocusTarget::Points([p, q, r]) => {
             let (side, other) = (q - p, r - p);
-            let normal = side.cross(other);
+            let normal = normal_of([p, q, r]);
             let longest = side.length().max(other.length()).max((r - q).length());
             // What rounding of the coordinates alone can leave of the cross product.
             let size = p.abs().max_element().max(q.abs().max_element()).max(r.abs().max_element());
@@ -248,7 +251,15 @@ fn lens_axis_for(n: DVec3, m: DVec3, g: f64, f: f64) -> Result<(DVec3, f64), Sto
             ),
         ));
     }
-    let cosine = ((1.0 - sine) * (1.0 + sine)).sqrt();
+    // cos^2 = 1 - sin^2. A plane farther than f has J > f however it leans; with |m|^2 = 1 its cosine is then a sum of
+    // positive terms, (g - f)(g + f) + (f n.m)^2 over g^2, exact to the last where the roots nearly coincide.
+    let far = g.abs();
+    let cosine = if sine > 0.5 && far >= f {
+        let along = f * n.dot(m);
+        ((far - f) * (far + f) + along * along).sqrt() / far
+    } else {
+        ((1.0 - sine) * (1.0 + sine)).sqrt()
+    };
     let a = -cosine * n - (f / g) * across;
     let inverse_k = n.dot(m) - (g / f) * cosine;
     let e = g / inverse_k;

@@ -1,0 +1,111 @@
+//! How far the plane of sharp focus moves with a small change of the camera: what a photographer must set how exactly.
+
+use super::Optics;
+use crate::camera::{Camera, Standard};
+use crate::geometry::HomogeneousPoint;
+use crate::quantity::{Angle, Length};
+use glam::DVec3;
+
+/// What a small change of one movement does to the plane of sharp focus at its far end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensitivity {
+    /// The far end in lens space, metres: of nine film points (corners, middles of the edges, centre) the sharp object
+    /// point that lies farthest from the lens.
+    pub far_end: DVec3,
+    /// Metres, square to the plane, for a change of [`Sensitivity::ANGLE`]: front tilt and swing.
+    pub front: [f64; 2],
+    /// The same for rear tilt and swing.
+    pub rear: [f64; 2],
+    /// The same for a change of [`Sensitivity::LENGTH`] of the extension.
+    pub extension: f64,
+}
+
+impl Sensitivity {
+    /// The change of an angle, degrees.
+    pub const ANGLE: f64 = 0.01;
+    /// The change of the extension, metres.
+    pub const LENGTH: f64 = 1e-5;
+
+    /// The angle that matters most: its name, and how far it moves the plane.
+    pub fn largest_angle(&self) -> (&'static str, f64) {
+        let all = [
+            ("front tilt", self.front[0]),
+            ("front swing", self.front[1]),
+            ("rear tilt", self.rear[0]),
+            ("rear swing", self.rear[1]),
+        ];
+        all.into_iter().fold(("front tilt", 0.0), |most, next| if next.1 > most.1 { next } else { most })
+    }
+}
+
+impl Optics {
+    /// How far the plane of sharp focus moves at its far end with a small change of the camera. `None` where no sharp point
+    /// of the nine is finite and in front of the lens.
+    pub fn sensitivity(&self) -> Option<Sensitivity> {
+        let film = self.camera.film;
+        let (w, h) = (0.5 * film.width.as_metres(), 0.5 * film.height.as_metres());
+        let mut far_end: Option<DVec3> = None;
+        for (i, j) in (-1..=1).flat_map(|j| (-1..=1).map(move |i| (i, j))) {
+            let on_film = self.film_point(f64::from(i) * w, f64::from(j) * h);
+            let object = self.object_of(HomogeneousPoint::finite(on_film)).to_affine();
+            let is_seen = object.is_finite() && self.a.dot(object) > 0.0;
+            if is_seen && far_end.is_none_or(|far| object.length() > far.length()) {
+                far_end = Some(object);
+            }
+        }
+        let far_end = far_end?;
+        // By what the plane of the changed camera misses the point; the lens centre stays.
+        let moved = |camera: Camera| {
+            let distance = Self::new(&camera).ok()?.focus_plane().distance(far_end).abs();
+            distance.is_finite().then_some(distance)
+        };
+        let angle = |angle: Angle| {
+            // Toward zero, so that the changed standard faces forwards too.
+            let step = if angle.as_degrees() > 0.0 { -Sensitivity::ANGLE } else { Sensitivity::ANGLE };
+            Angle::degrees(angle.as_degrees() + step)
+        };
+        let turned =
+            |s: Standard| [Standard { tilt: angle(s.tilt), ..s }, Standard { swing: angle(s.swing), ..s }];
+        let camera = self.camera;
+        let [front_tilt, front_swing] = turned(camera.front).map(|front| moved(Camera { front, ..camera }));
+        let [rear_tilt, rear_swing] = turned(camera.rear).map(|rear| moved(Camera { rear, ..camera }));
+        let extension = Length::metres(camera.extension.as_metres() + Sensitivity::LENGTH);
+        Some(Sensitivity {
+            far_end,
+            front: [front_tilt?, front_swing?],
+            rear: [rear_tilt?, rear_swing?],
+            extension: moved(Camera { extension, ..camera })?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn optics(tilt: f64, extension: f64) -> Optics {
+        let mut camera = Camera::looking_at(DVec3::ZERO, DVec3::NEG_Z).unwrap();
+        camera.front.tilt = Angle::degrees(tilt);
+        camera.extension = Length::millimetres(extension);
+        Optics::new(&camera).unwrap()
+    }
+
+    #[test]
+    fn an_untilted_camera_moves_as_its_formula_says() {
+        // D = f d / (d - f): dD = f^2 / (d - f)^2 for each unit of d.
+        let found = optics(0.0, 153.0).sensitivity().unwrap();
+        let want = 0.15 * 0.15301 / 0.00301 - 0.15 * 0.153 / 0.003;
+        assert!((found.extension + want).abs() < 1e-9, "{found:?}");
+        // The plane turns about the hinge line's place on the film-parallel plane: by D/J of the distance.
+        let angle = Sensitivity::ANGLE.to_radians();
+        let (distance, reach) = (0.15 * 0.153 / 0.003, found.far_end.y.abs());
+        let turn = angle * distance * (distance - 0.15) / 0.15 / distance * reach;
+        assert!((found.front[0] / turn - 1.0).abs() < 0.05, "{found:?} {turn}");
+    }
+
+    #[test]
+    fn nothing_finite_in_sight_is_none() {
+        assert_eq!(optics(0.0, 150.0).sensitivity(), None);
+        assert!(optics(6.0, 152.3).sensitivity().is_some());
+    }
+}
