@@ -1,12 +1,18 @@
-//! How many samples a second a picture takes: a scene of twenty triangles, and the tower's 47 thousand.
-//! Loading is left out.
+//! How fast a scene is loaded, each stage of a picture passes, and whole pictures are made: a scene of twenty
+//! triangles, and the tower's 47 thousand.
+//!
+//! Stages are not seen from outside; they are timed as `render --stats` does it, by the clock that is lent to
+//! [`render`]: what criterion is told are the times that they took of a dozen whole pictures, over and over. Each has its
+//! own unit: vertices, triangles, pairs of triangle and tile, samples, groups of samples or pixels a second.
 //!
 //! `cargo bench --bench render -- --quick`
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use groundglass::render::Stages;
 use groundglass::scene::{Budget, Memory, parse};
 use groundglass::{Execution, Scene, render};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// A ground and three boxes without their undersides, in a tilted plane of focus.
 const FEW: &str = r#"
@@ -42,20 +48,73 @@ fn few() -> Scene {
     description.load(&source, Path::new(""), None).expect("a model")
 }
 
+fn examples() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples")
+}
+
 fn tower() -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/tower.toml");
-    Scene::read(path).expect("the tower")
+    Scene::read(examples().join("tower.toml")).expect("the tower")
+}
+
+/// The scene at `width` with 64 samples a pixel, and how many pixels it has.
+fn sized(mut scene: Scene, width: u32) -> (Scene, u64) {
+    let height = width * scene.render.height / scene.render.width;
+    (scene.render.width, scene.render.height) = (width, height);
+    scene.render.budget = Budget::Samples(64);
+    (scene, u64::from(width) * u64::from(height))
+}
+
+fn loading(c: &mut Criterion) {
+    let size = |entry: std::io::Result<std::fs::DirEntry>| {
+        entry.and_then(|entry| entry.metadata()).map_or(0, |m| m.len())
+    };
+    let bytes = std::fs::read_dir(examples().join("tower")).expect("the tower's files").map(size).sum();
+    let mut group = c.benchmark_group("loading");
+    group.sample_size(10).throughput(Throughput::Bytes(bytes));
+    group.bench_function("tower", |b| b.iter(tower));
+    group.finish();
+}
+
+fn stages(c: &mut Criterion) {
+    let (scene, pixels) = sized(tower(), 480);
+    let start = Instant::now();
+    let clock = move || start.elapsed().as_secs_f64();
+    let picture = || {
+        let execution = Execution { threads: Some(1), clock: Some(&clock), ..Execution::default() };
+        render(&scene, execution).expect("a picture").1
+    };
+    let pictures: Vec<_> = (0..12).map(|_| picture()).collect();
+    let counts = &pictures[0];
+    let (vertices, triangles) = (scene.surfaces.positions.len() as u64, counts.triangles as u64);
+    type Stage = fn(&Stages) -> f64;
+    let stages: [(&str, Stage, u64); 7] = [
+        ("transform, vertices", |s| s.transform, vertices),
+        ("bin, triangles", |s| s.bin, triangles),
+        ("set-up, triangles by tile", |s| s.setup, counts.bin_entries as u64),
+        ("coverage, samples", |s| s.coverage, counts.samples),
+        ("group, samples", |s| s.group, counts.samples),
+        ("shading, requests", |s| s.shading, counts.shading_requests),
+        ("resolve, pixels", |s| s.resolve, pixels),
+    ];
+    let mut group = c.benchmark_group("stages");
+    group.sample_size(10);
+    for (name, seconds, units) in stages {
+        group.throughput(Throughput::Elements(units));
+        group.bench_function(name, |b| {
+            let mut next = pictures.iter().cycle().map(|counts| seconds(&counts.stages));
+            b.iter_custom(|times| Duration::from_secs_f64(next.by_ref().take(times as usize).sum()));
+        });
+    }
+    group.finish();
 }
 
 fn pictures(c: &mut Criterion) {
-    let mut group = c.benchmark_group("render");
+    let mut group = c.benchmark_group("pictures");
     group.sample_size(10);
-    for (name, mut scene) in [("few triangles", few()), ("tower", tower())] {
-        let height = 240 * scene.render.height / scene.render.width;
-        (scene.render.width, scene.render.height) = (240, height);
-        scene.render.budget = Budget::Samples(64);
+    for (name, scene) in [("few triangles", few()), ("tower", tower())] {
+        let (scene, pixels) = sized(scene, 240);
         for threads in [Some(1), None] {
-            group.throughput(Throughput::Elements(240 * u64::from(height) * 64));
+            group.throughput(Throughput::Elements(64 * pixels));
             let label = if threads.is_some() { "one thread" } else { "all threads" };
             group.bench_function(format!("{name}, {label}"), |b| {
                 b.iter(|| render(&scene, Execution { threads, ..Execution::default() }));
@@ -65,5 +124,5 @@ fn pictures(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, pictures);
+criterion_group!(benches, loading, stages, pictures);
 criterion_main!(benches);

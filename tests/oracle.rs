@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::extremes::Extreme;
 use common::oracle;
 use common::scenes::{Random, Setting, camera, scene, yard};
 use glam::DVec3;
@@ -99,6 +100,15 @@ fn the_camera_inside_the_geometry_equals_the_oracle() {
         let setting = Setting { f_number: 2.0, front: [4.0, 3.0], ..ALIGNED };
         let camera = camera(eye, DVec3::new(0.0, 0.9, -3.0), 150.0, setting);
         compare("inside", &scene(&camera, surfaces, 40, 16));
+    }
+}
+
+#[test]
+fn extreme_inputs_equal_the_oracle() {
+    for extreme in Extreme::ALL {
+        for samples in [4, 16] {
+            compare(&format!("{extreme:?}, N = {samples}"), &extreme.scene(400, 70, samples));
+        }
     }
 }
 

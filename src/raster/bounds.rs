@@ -1,6 +1,11 @@
-//! Where on the film a triangle can be seen: conservative pixel boxes over a cell of the aperture.
+//! Where on the film points can be seen: conservative pixel boxes over cells of the aperture.
+//!
+//! In: points in the lens frame, eight at a time. Out: for each point and cell the pixels that it can reach, from
+//! the largest change of its image, `|dx - x dw| / w`, over the cell.
 
 use super::view::{LensCell, View};
+use crate::simd::at_level;
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, f64x8, mask64x8};
 use glam::{DVec3, DVec4};
 
 /// Pixels `x0..=x1` by `y0..=y1`; empty when `x0 > x1`. Clamped to one pixel outside of the picture.
@@ -13,6 +18,9 @@ pub(crate) struct PixelBox {
 }
 
 impl PixelBox {
+    /// Stands for the box of a point outside of the frustum; no point inside has it.
+    pub(crate) const OUTSIDE: Self = Self { x0: 1, x1: 0, y0: 1, y1: 0 };
+
     pub(crate) const EMPTY: Self = Self { x0: i16::MAX, x1: i16::MIN, y0: i16::MAX, y1: i16::MIN };
 
     pub(crate) fn union(self, other: Self) -> Self {
@@ -82,42 +90,101 @@ impl Frustum {
     }
 }
 
-/// The pixels that the point can reach from the lens points of `cell`. The point lies in the frustum.
-pub(crate) fn point_box(view: &View, cell: LensCell, point: DVec3) -> PixelBox {
-    let p = point.extend(1.0);
+/// The pixels that points can reach from the lens points of each cell, point by point. Those outside of the frustum
+/// get [`PixelBox::OUTSIDE`]; without one, all count as inside.
+pub(crate) fn point_boxes(
+    level: Level,
+    view: &View,
+    frustum: Option<&Frustum>,
+    cells: &[LensCell],
+    points: &[DVec3],
+    out: &mut [PixelBox],
+) {
+    at_level!(level, simd => boxes(simd, view, frustum, cells, points, out));
+}
+
+/// Points that are handled together.
+const POINTS: usize = 8;
+
+#[inline(always)]
+fn boxes<S: Simd>(
+    simd: S,
+    view: &View,
+    frustum: Option<&Frustum>,
+    cells: &[LensCell],
+    points: &[DVec3],
+    out: &mut [PixelBox],
+) {
     let [c0, cu, cv] = &view.pixel_from_lens;
-    let at = |row: usize| {
-        let (u, v) = (cu[row].dot(p), cv[row].dot(p));
-        (c0[row].dot(p) + u * cell.u + v * cell.v, u, v)
-    };
-    let (w, wu, wv) = at(2);
-    let least = w - cell.radius * libm::sqrt(wu * wu + wv * wv);
-    if least.is_nan() || least <= 0.0 {
-        return everywhere(view);
-    }
-    // x(s) - x(c) = (dx - x(c) dw) / w(s), and the numerator is linear in s - c.
-    let range = |row: usize| {
-        let (x, xu, xv) = at(row);
-        let center = x / w;
-        let (gu, gv) = (xu - center * wu, xv - center * wv);
-        let reach = cell.radius * libm::sqrt(gu * gu + gv * gv) / least;
-        // A margin against rounding of these numbers and of the single-precision edge functions.
-        let margin = 2e-3 + 1e-6 * (reach + center.abs());
-        (center - reach - margin, center + reach + margin)
-    };
-    let ((x0, x1), (y0, y1)) = (range(0), range(1));
-    if x0.is_nan() || x1.is_nan() || y0.is_nan() || y1.is_nan() {
-        return everywhere(view);
-    }
-    let (width, height) = (f64::from(view.width), f64::from(view.height));
-    PixelBox {
-        x0: x0.floor().clamp(-1.0, width) as i16,
-        x1: x1.floor().clamp(-1.0, width) as i16,
-        y0: y0.floor().clamp(-1.0, height) as i16,
-        y1: y1.floor().clamp(-1.0, height) as i16,
+    let zero = f64x8::splat(simd, 0.0);
+    for (points, out) in points.chunks(POINTS).zip(out.chunks_mut(POINTS * cells.len())) {
+        let mut places = [[0.0; POINTS]; 3];
+        for (i, point) in points.iter().enumerate().take(POINTS) {
+            places[0][i] = point.x;
+            places[1][i] = point.y;
+            places[2][i] = point.z;
+        }
+        let at = places.map(|axis| f64x8::load_array(simd, axis));
+        let inside = match frustum {
+            Some(frustum) => {
+                let [near, low, high] = &frustum.planes;
+                affine(near, &at).simd_ge(zero)
+                    & affine(low, &at).simd_ge(zero)
+                    & affine(high, &at).simd_ge(zero)
+            }
+            None => zero.simd_ge(zero),
+        };
+        let inside = inside.to_bitmask();
+        let x = [affine(&c0[0], &at), affine(&cu[0], &at), affine(&cv[0], &at)];
+        let y = [affine(&c0[1], &at), affine(&cu[1], &at), affine(&cv[1], &at)];
+        let w = [affine(&c0[2], &at), affine(&cu[2], &at), affine(&cv[2], &at)];
+        for (number, cell) in cells.iter().enumerate() {
+            let center = w[0] + w[1] * cell.u + w[2] * cell.v;
+            let least = center - (w[1] * w[1] + w[2] * w[2]).sqrt() * cell.radius;
+            let positive = least.simd_gt(zero);
+            let [x0, x1] = range(simd, &x, &w, center, least, positive, cell, view.width);
+            let [y0, y1] = range(simd, &y, &w, center, least, positive, cell, view.height);
+            for (i, out) in out.chunks_exact_mut(cells.len()).enumerate().take(POINTS) {
+                out[number] = if inside >> i & 1 == 1 {
+                    PixelBox { x0: x0[i] as i16, x1: x1[i] as i16, y0: y0[i] as i16, y1: y1[i] as i16 }
+                } else {
+                    PixelBox::OUTSIDE
+                };
+            }
+        }
     }
 }
 
-fn everywhere(view: &View) -> PixelBox {
-    PixelBox { x0: -1, x1: view.width as i16, y0: -1, y1: view.height as i16 }
+/// `h.(x, 1)`.
+#[inline(always)]
+fn affine<S: Simd>(h: &DVec4, at: &[f64x8<S>; 3]) -> f64x8<S> {
+    at[0] * h.x + at[1] * h.y + at[2] * h.z + h.w
+}
+
+/// First and last pixel along one axis, of `size`, where `image` (homogeneous, with weight `w`) can lie: everywhere
+/// unless `w` is `positive` in the whole cell; `center` and `least` are its values in the middle and at least.
+#[expect(clippy::too_many_arguments, reason = "numbers of one formula")]
+#[inline(always)]
+fn range<S: Simd>(
+    simd: S,
+    image: &[f64x8<S>; 3],
+    w: &[f64x8<S>; 3],
+    center: f64x8<S>,
+    least: f64x8<S>,
+    positive: mask64x8<S>,
+    cell: &LensCell,
+    size: u32,
+) -> [[f64; POINTS]; 2] {
+    let middle = (image[0] + image[1] * cell.u + image[2] * cell.v) / center;
+    // x(s) - x(c) = (dx - x(c) dw) / w(s), and the numerator is linear in s - c.
+    let (gu, gv) = (image[1] - middle * w[1], image[2] - middle * w[2]);
+    let reach = (gu * gu + gv * gv).sqrt() * cell.radius / least;
+    // A margin against rounding of these numbers and of the single-precision edge functions.
+    let reach = reach + (reach + middle.abs()) * 1e-6 + 2e-3;
+    let (first, last) = (f64x8::splat(simd, -1.0), f64x8::splat(simd, f64::from(size)));
+    let (low, high) = ((middle - reach).floor(), (middle + reach).floor());
+    let known = positive & low.simd_le(high);
+    let low = (known & low.simd_gt(first)).select(low, first);
+    let high = (known & high.simd_lt(last)).select(high, last);
+    [low.simd_lt(last).select(low, last).to_array(), high.simd_gt(first).select(high, first).to_array()]
 }

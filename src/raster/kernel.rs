@@ -1,33 +1,44 @@
 //! The inner loop: one triangle for 16 samples at a time.
 //!
-//! In: a triangle's set-up and a batch of 16 samples, which have a place in every block of the tile. Out: what
-//! is seen. The edge functions are made for the 16 lens points; then [`super::regions`] draws block by block, or
-//! [`super::scatter`] lens point by lens point, whichever visits less.
+//! In: the set-up of 16 triangles and a batch of 16 samples, which have a place in every block of the tile. Out:
+//! what is seen. Triangles behind all that is seen are passed over, 16 in one comparison. For each other, the edge
+//! functions are made for the 16 lens points; then [`super::regions`] draws block by block, or [`super::scatter`]
+//! lens point by lens point, whichever visits less.
 //!
 //! One generic source for every SIMD level. Multiply and add stay apart: a fused product rounds
 //! differently, and the same bytes are wanted at every level.
 
-use super::setup::{Bilinear, Setup};
+use super::setup::{Bilinear, Block, TileFilm};
+use super::tile::Spans;
 use super::view::Batch;
 use super::visibility::Visibility;
-use super::{TILE, regions, scatter};
+use super::{LANES, TILE, regions, scatter};
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16};
 
-/// A triangle of the tile with the blocks to visit: columns `x0..=x1`, rows `y0..=y1`.
-pub(crate) struct Visit<'a> {
-    pub setup: &'a Setup,
+/// Sixteen triangles to visit.
+pub(crate) struct Visits<'a> {
+    pub block: &'a Block,
+    pub spans: &'a Spans,
+    pub film: &'a TileFilm,
+    /// Width and height of a block of pixels.
+    pub size: (u32, u32),
+}
+
+/// One of them.
+pub(crate) struct Visit {
+    /// Its number in the scene.
+    pub triangle: u32,
     /// What is written where the triangle is seen: the number of its surface in the tile.
     pub id: u32,
-    pub blocks: [u8; 4],
-    /// It may come nearer than the near plane, whose `1/t` is then checked at each sample.
+    /// `1/t` of the near plane, as [`TileFilm::near`], where it may come nearer.
     pub near: Option<[f32; 3]>,
     /// Samples that meet it may pass through.
     pub cutout: bool,
 }
 
 /// Which of the lanes of a mask meet, at block `block`, the surface of a visit that may let them through.
-pub(crate) type Opaque<'a> = dyn Fn(&Visit<'_>, usize, u16) -> u16 + 'a;
+pub(crate) type Opaque<'a> = dyn Fn(&Visit, usize, u16) -> u16 + 'a;
 
 /// A triangle's functions for 16 lens points: each the value at the left top block, and its change with `x`
 /// and `y` in pixels. Inside where `a`, `b` and `c` are not negative; `z` is `1/t`.
@@ -43,32 +54,50 @@ pub(super) struct Functions<S: Simd> {
     pub step: (f32, f32),
 }
 
-/// Tests every visit, in order, against `seen`.
-pub(crate) fn cover<'a>(
+/// Tests every triangle, in order, against `seen`.
+pub(crate) fn cover(
     level: Level,
     batch: &Batch,
-    block: (u32, u32),
-    visits: impl Iterator<Item = Visit<'a>>,
+    visits: &Visits<'_>,
     seen: &mut Visibility,
     opaque: &Opaque<'_>,
 ) {
-    // One dispatch for each triangle: the loop over its blocks is the hot part, and the kernel stays small.
-    for visit in visits {
-        at_level!(level, simd => cover_one(simd, batch, block, &visit, seen, opaque));
+    at_level!(level, simd => cover_all(simd, batch, visits, seen, opaque));
+}
+
+#[inline(always)]
+fn cover_all<S: Simd>(
+    simd: S,
+    batch: &Batch,
+    visits: &Visits<'_>,
+    seen: &mut Visibility,
+    opaque: &Opaque<'_>,
+) {
+    seen.raise_floor(simd);
+    let floor = f32x16::load_array_ref(simd, &seen.floor);
+    let live = mask32x16::from_bitmask(simd, u64::from(batch.live));
+    let floor = live.select(floor, f32x16::splat(simd, f32::INFINITY)).reduce_min();
+    let nearest = f32x16::load_array_ref(simd, &visits.block.nearest);
+    // What is no number is not behind anything.
+    let hidden = nearest.simd_le(f32x16::splat(simd, floor)).to_bitmask() as u16;
+    let mut rest = visits.block.live & visits.spans.some & !hidden;
+    while rest != 0 {
+        cover_one(simd, batch, visits, rest.trailing_zeros() as usize % LANES, seen, opaque);
+        rest &= rest - 1;
     }
 }
 
-/// A bilinear function for the 16 lens points, times `factor`: its value at the block grid's origin, and its
-/// change with `x` and `y`. A function and not a closure: closures do not inline into a SIMD context.
+/// A bilinear function of triangle `lane` for the 16 lens points, times `factor`: its value at the block grid's
+/// origin, and its change with `x` and `y`. A function and not a closure: closures do not inline into a SIMD context.
 #[inline(always)]
-fn at_lens<S: Simd>(e: &Bilinear, batch: &Batch, factor: f32x16<S>, simd: S) -> [f32x16<S>; 3] {
+fn at_lens<S: Simd>(simd: S, e: &Bilinear, lane: usize, batch: &Batch, factor: f32x16<S>) -> [f32x16<S>; 3] {
     let u = f32x16::load_array_ref(simd, &batch.u);
     let v = f32x16::load_array_ref(simd, &batch.v);
     let jx = f32x16::load_array_ref(simd, &batch.x);
     let jy = f32x16::load_array_ref(simd, &batch.y);
-    let c = u * e[1] + v * e[2] + e[0];
-    let cx = u * e[4] + v * e[5] + e[3];
-    let cy = u * e[7] + v * e[8] + e[6];
+    let c = u * e[1][lane] + v * e[2][lane] + e[0][lane];
+    let cx = u * e[4][lane] + v * e[5][lane] + e[3][lane];
+    let cy = u * e[7][lane] + v * e[8][lane] + e[6][lane];
     [(c + cx * jx + cy * jy) * factor, cx * factor, cy * factor]
 }
 
@@ -76,34 +105,43 @@ fn at_lens<S: Simd>(e: &Bilinear, batch: &Batch, factor: f32x16<S>, simd: S) -> 
 fn cover_one<S: Simd>(
     simd: S,
     batch: &Batch,
-    block: (u32, u32),
-    visit: &Visit<'_>,
+    visits: &Visits<'_>,
+    lane: usize,
     seen: &mut Visibility,
     opaque: &Opaque<'_>,
 ) {
+    let Visits { block, spans, film, size } = *visits;
     let u = f32x16::load_array_ref(simd, &batch.u);
     let v = f32x16::load_array_ref(simd, &batch.v);
     let zero = f32x16::splat(simd, 0.0);
     let one = f32x16::splat(simd, 1.0);
-    let step = (block.0 as f32, block.1 as f32);
+    let step = (size.0 as f32, size.1 as f32);
+    let is = |mask: u16| mask >> lane & 1 == 1;
 
-    let plane = visit.setup.plane;
-    let distance = u * plane[1] + v * plane[2] + plane[0];
+    let [plane, plane_u, plane_v] = block.plane.map(|part| part[lane]);
+    let distance = u * plane_u + v * plane_v + plane;
     // Edge-on for this lens point: no sample of the lane can meet it.
     let live = mask32x16::from_bitmask(simd, u64::from(batch.live)) & distance.simd_ne(zero);
-    let z = at_lens(&visit.setup.facing, batch, one / distance, simd);
+    let z = at_lens(simd, &block.facing, lane, batch, one / distance);
     seen.raise_floor(simd);
     let floor = f32x16::load_array_ref(simd, &seen.floor);
-    let live = live & nearest(simd, z, step, visit.blocks).simd_gt(floor);
+    let live = live & nearest(simd, z, step, spans.blocks[lane]).simd_gt(floor);
     if !live.any_true() {
         return;
     }
 
-    let mut blocks = [0, 1, 2, 3].map(|i| i32::from(visit.blocks[i]));
+    let visit = Visit {
+        triangle: block.triangles[lane],
+        id: block.ids[lane],
+        near: is(block.near).then_some(film.near),
+        cutout: is(block.cutout),
+    };
+    let [x0, x1, y0, y1] = spans.blocks[lane].map(i32::from);
+    let mut blocks = [x0, x1, y0, y1];
     let mut boxes = None;
-    if let Some(corners) = &visit.setup.corners {
+    if is(block.imaged) && (x1 - x0 + 1) * (y1 - y0 + 1) > FEW {
         // Where each lens point sees the triangle: tighter than any box that was made beforehand.
-        let found = scatter::lane_boxes(simd, corners, batch, block, blocks);
+        let found = scatter::lane_boxes(simd, &block.corners, lane, batch, size, blocks);
         let [x0, x1, y0, y1] = found.union;
         if x0 > x1 || y0 > y1 {
             return;
@@ -115,11 +153,11 @@ fn cover_one<S: Simd>(
         }
     }
     let side = live.select(one.copysign(distance), zero);
-    let edges = &visit.setup.edges;
+    let edges = &block.edges;
     let functions = Functions {
-        a: at_lens(&edges[0], batch, side, simd),
-        b: at_lens(&edges[1], batch, side, simd),
-        c: at_lens(&edges[2], batch, side, simd),
+        a: at_lens(simd, &edges[0], lane, batch, side),
+        b: at_lens(simd, &edges[1], lane, batch, side),
+        c: at_lens(simd, &edges[2], lane, batch, side),
         z,
         live,
         step,
@@ -128,10 +166,13 @@ fn cover_one<S: Simd>(
         Some(boxes) => scatter::draw(simd, &functions, &boxes, visit.id, seen),
         None => {
             let blocks = blocks.map(|b| b as usize);
-            regions::draw(simd, &functions, batch, blocks, visit, seen, opaque);
+            regions::draw(simd, &functions, batch, blocks, &visit, seen, opaque);
         }
     }
 }
+
+/// So many blocks are visited sooner than narrowed down.
+const FEW: i32 = 12;
 
 /// The largest `1/t` at any of the blocks.
 #[inline(always)]
@@ -148,14 +189,15 @@ fn nearest<S: Simd>(simd: S, [z0, zx, zy]: [f32x16<S>; 3], step: (f32, f32), blo
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::raster::LANES;
+    use crate::raster::setup::Corners;
+    use crate::raster::view::test_view;
     use crate::raster::visibility::{EVERYWHERE, group};
     use crate::simd::SimdLevel;
 
     #[test]
     fn every_simd_level_sees_the_same_bits() {
         let mut state = 1u64;
-        let mut random = |size: f32| {
+        let mut random = |size: f32| -> f32 {
             state = mix(state);
             ((state >> 40) as f32 / 8_388_608.0 - 1.0) * size
         };
@@ -170,44 +212,46 @@ mod tests {
             live: 0xfff7,
             odd: 0,
         };
-        // Edges that pass near the tile's centre, small and large, with and without corners to box.
-        let setups: Vec<Setup> = (0..120)
-            .map(|i| {
-                let slope = if i % 3 == 0 { 1.0 } else { 0.05 };
-                let mut function = |size: f32| -> [f32; 9] {
-                    std::array::from_fn(|k| random(if k == 0 { size } else { slope * size / 16.0 }))
-                };
-                let edges = [function(1.0), function(1.0), function(1.0)];
-                let facing = function(0.5);
-                let corners = (i % 2 == 0).then(|| {
-                    std::array::from_fn(|_| {
-                        [
-                            [random(20.0), random(3.0), random(3.0)],
-                            [random(20.0), random(3.0), random(3.0)],
-                            [1.5, random(0.1), random(0.1)],
-                        ]
-                    })
-                });
-                Setup { triangle: i, edges, facing, corners, plane: [1.0, random(0.5), random(0.5)] }
+        let view = test_view();
+        let film = TileFilm::new(&view, 0, 0);
+        // Large and small, some through the near plane, some with boxes lens point by lens point.
+        let corners: Vec<Corners> = (0..12)
+            .map(|round| {
+                let size = [1.0, 0.3, 0.05][round % 3];
+                let mut v: Corners = [[[0.0; LANES]; 3]; 3];
+                for lane in 0..LANES {
+                    let z = f64::from(1.4 + random(1.0));
+                    let middle = [f64::from(random(0.1)) * z, f64::from(random(0.1)) * z, z];
+                    for corner in &mut v {
+                        for axis in 0..3 {
+                            corner[axis][lane] = middle[axis] + size * f64::from(random(1.0));
+                        }
+                    }
+                }
+                v
             })
             .collect();
         let run = |level: Level| {
             let mut seen = Visibility::new();
             seen.clear(1, 1, EVERYWHERE);
-            let visits = setups.iter().enumerate().map(|(id, setup)| Visit {
-                setup,
-                id: id as u32,
-                blocks: [0, 31, 0, 31],
-                near: (id % 5 == 0).then_some([3.0, 0.01, -0.01]),
-                cutout: id % 7 == 0,
-            });
-            cover(level, &batch, (1, 1), visits, &mut seen, &|visit, block, lanes| {
-                lanes & (0x6db6_u32 >> ((visit.id as usize + block) % 3)) as u16
-            });
+            let mut blocks = Vec::new();
+            for (round, v) in corners.iter().enumerate() {
+                let mut block = Block::EMPTY;
+                film.set_up(level, v, &[0.0; LANES], &mut block);
+                block.ids = std::array::from_fn(|lane| (round * LANES + lane) as u32);
+                (block.near, block.cutout) = (0xffff, 0x1111);
+                block.imaged = if round % 2 == 0 { 0xffff } else { 0 };
+                let spans = Spans { blocks: [[0, 31, 0, 31]; LANES], some: 0xffff };
+                let visits = Visits { block: &block, spans: &spans, film: &film, size: (1, 1) };
+                cover(level, &batch, &visits, &mut seen, &|visit, block, lanes| {
+                    lanes & (0x6db6_u32 >> ((visit.id as usize + block) % 3)) as u16
+                });
+                blocks.push(format!("{block:?}"));
+            }
             let mut groups = Vec::new();
             group(level, &batch, &seen, &mut groups);
             let depth: Vec<u32> = seen.depth.iter().flatten().map(|z| z.to_bits()).collect();
-            (depth, seen.id, groups)
+            (depth, seen.id, groups, blocks)
         };
         let wanted = run(SimdLevel::Scalar.level());
         assert!(wanted.0.iter().filter(|&&bits| bits != 0).count() > 1000, "the test draws next to nothing");

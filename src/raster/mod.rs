@@ -7,8 +7,9 @@
 //!   the lens axis, origin at the lens centre; pixel coordinates on the film).
 //! * [`bounds`]: for each vertex, and triangle that crosses near, the pixels it can reach from each cell
 //!   of the aperture.
-//! * [`bin`]: which triangles may touch which tile of 32 x 32 pixels, nearest first.
-//! * [`setup`]: the edge functions of a triangle about a tile's centre.
+//! * [`order`]: nearest first.
+//! * [`bin`], [`lists`]: which triangles may touch which tile of 32 x 32 pixels, in that order.
+//! * [`setup`]: the edge functions of 16 triangles about a tile's centre, once a sample may see them.
 //! * [`kernel`]: one triangle for 16 samples: its functions at 16 lens points, then coverage and depth by
 //!   [`regions`] (block by block) or [`scatter`] (lens point by lens point).
 //! * [`visibility`]: what is seen, and the groups of samples that see the same.
@@ -32,6 +33,8 @@
 pub(crate) mod bin;
 pub(crate) mod bounds;
 pub(crate) mod kernel;
+mod lists;
+mod order;
 mod regions;
 mod scatter;
 pub(crate) mod setup;

@@ -11,6 +11,9 @@ use super::view::Batch;
 use super::visibility::{REGION, Visibility};
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16, mask32x16, u32x16};
 
+/// See [`draw`].
+const FEW: usize = 4;
+
 /// A function's largest value in a region is at one corner for each lens point: this far from the left top one.
 #[inline(always)]
 fn farthest<S: Simd>(simd: S, slope: f32x16<S>, size: f32) -> f32x16<S> {
@@ -25,7 +28,7 @@ pub(super) fn draw<S: Simd>(
     functions: &Functions<S>,
     batch: &Batch,
     blocks: [usize; 4],
-    visit: &Visit<'_>,
+    visit: &Visit,
     seen: &mut Visibility,
     opaque: &Opaque<'_>,
 ) {
@@ -40,23 +43,28 @@ pub(super) fn draw<S: Simd>(
     let (b_right, b_down) = (farthest(simd, bx, size.0), farthest(simd, by, size.1));
     let (c_right, c_down) = (farthest(simd, cx, size.0), farthest(simd, cy, size.1));
     let (z_right, z_down) = (farthest(simd, zx, size.0), farthest(simd, zy, size.1));
+    // A few blocks are visited sooner than their regions are looked at.
+    let few = (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW;
     for region_row in y0 / REGION..=y1 / REGION {
         let top = (region_row * REGION) as f32 * step.1 - half;
         let (a_row, b_row) = (a0 + ay * (a_down + top), b0 + by * (b_down + top));
         let (c_row, z_row) = (c0 + cy * (c_down + top), z0 + zy * (z_down + top));
         for region_column in x0 / REGION..=x1 / REGION {
             let left = (region_column * REGION) as f32 * step.0 - half;
-            let inside = (a_row + ax * (a_right + left)).simd_ge(zero)
-                & (b_row + bx * (b_right + left)).simd_ge(zero)
-                & (c_row + cx * (c_right + left)).simd_ge(zero)
-                & live;
-            if !inside.any_true() {
-                continue;
-            }
-            let nearest = z_row + zx * (z_right + left);
-            let candidates = inside & nearest.simd_gt(seen.region_floor(simd, region_column, region_row));
-            if !candidates.any_true() {
-                continue;
+            let mut candidates = live;
+            if !few {
+                candidates = live
+                    & (a_row + ax * (a_right + left)).simd_ge(zero)
+                    & (b_row + bx * (b_right + left)).simd_ge(zero)
+                    & (c_row + cx * (c_right + left)).simd_ge(zero);
+                if !candidates.any_true() {
+                    continue;
+                }
+                let nearest = z_row + zx * (z_right + left);
+                candidates &= nearest.simd_gt(seen.region_floor(simd, region_column, region_row));
+                if !candidates.any_true() {
+                    continue;
+                }
             }
             let mut drawn = false;
             let columns = (region_column * REGION).max(x0)..=(region_column * REGION + REGION - 1).min(x1);

@@ -22,11 +22,12 @@ pub(super) struct LaneBoxes {
     pub row_visits: i32,
 }
 
-/// Lane by lane, the first and last block whose sample can lie in the triangle, within `blocks`.
+/// Lens point by lens point, the first and last block whose sample can lie in triangle `lane`, within `blocks`.
 #[inline(always)]
 pub(super) fn lane_boxes<S: Simd>(
     simd: S,
-    corners: &[[[f32; 3]; 3]; 3],
+    corners: &[[[[f32; LANES]; 3]; 3]; 3],
+    lane: usize,
     batch: &Batch,
     block: (u32, u32),
     blocks: [i32; 4],
@@ -34,16 +35,16 @@ pub(super) fn lane_boxes<S: Simd>(
     let u = f32x16::load_array_ref(simd, &batch.u);
     let v = f32x16::load_array_ref(simd, &batch.v);
     let one = f32x16::splat(simd, 1.0);
-    let i0 = one / linear(&corners[0][2], u, v);
-    let i1 = one / linear(&corners[1][2], u, v);
-    let i2 = one / linear(&corners[2][2], u, v);
-    let p = linear(&corners[0][0], u, v) * i0;
-    let q = linear(&corners[1][0], u, v) * i1;
-    let r = linear(&corners[2][0], u, v) * i2;
+    let i0 = one / linear(&corners[0][2], lane, u, v);
+    let i1 = one / linear(&corners[1][2], lane, u, v);
+    let i2 = one / linear(&corners[2][2], lane, u, v);
+    let p = linear(&corners[0][0], lane, u, v) * i0;
+    let q = linear(&corners[1][0], lane, u, v) * i1;
+    let r = linear(&corners[2][0], lane, u, v) * i2;
     let (x0, x1) = range(simd, [p, q, r], &batch.x, block.0, [blocks[0], blocks[1]]);
-    let p = linear(&corners[0][1], u, v) * i0;
-    let q = linear(&corners[1][1], u, v) * i1;
-    let r = linear(&corners[2][1], u, v) * i2;
+    let p = linear(&corners[0][1], lane, u, v) * i0;
+    let q = linear(&corners[1][1], lane, u, v) * i1;
+    let r = linear(&corners[2][1], lane, u, v) * i2;
     let (y0, y1) = range(simd, [p, q, r], &batch.y, block.1, [blocks[2], blocks[3]]);
 
     let zero = i32x16::splat(simd, 0);
@@ -70,8 +71,8 @@ pub(super) fn lane_boxes<S: Simd>(
 }
 
 #[inline(always)]
-fn linear<S: Simd>(row: &[f32; 3], u: f32x16<S>, v: f32x16<S>) -> f32x16<S> {
-    u * row[1] + v * row[2] + row[0]
+fn linear<S: Simd>(row: &[[f32; LANES]; 3], lane: usize, u: f32x16<S>, v: f32x16<S>) -> f32x16<S> {
+    u * row[1][lane] + v * row[2][lane] + row[0][lane]
 }
 
 /// The first and last block along one axis, of `step` pixels each, that three corners span.

@@ -1,46 +1,64 @@
-//! Triangle set-up: edge functions and depth of one triangle about the centre of one tile.
+//! Triangle set-up: edge functions and depth of 16 triangles about the centre of one tile.
 //!
-//! In double precision relative to the tile's centre, kept in single: the constants are then small
-//! wherever the sign is in doubt, and an edge's place is good to about 1e-5 of a pixel.
+//! In: corners in the lens frame. Out: a [`Block`]. In double precision relative to the tile's centre, kept in
+//! single: the constants are then small wherever the sign is in doubt, and an edge's place is good to about 1e-5
+//! of a pixel. What one triangle needs is written once, for one number or for eight side by side.
 
-use super::TILE;
 use super::view::View;
-use glam::DVec3;
-use rayon::prelude::*;
+use super::{LANES, TILE};
+use crate::simd::at_level;
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, SimdNarrow, f64x8};
+use glam::{DVec3, DVec4};
+use std::ops::{Add, Neg, Sub};
 
 /// A function bilinear in lens point (1, u, v) and place in the tile (1, x, y): coefficients of
-/// `1, u, v, x, xu, xv, y, yu, yv`; `x`, `y` in pixels from the tile's centre.
-pub(crate) type Bilinear = [f32; 9];
+/// `1, u, v, x, xu, xv, y, yu, yv`; `x`, `y` in pixels from the tile's centre. For 16 triangles.
+pub(crate) type Bilinear = [[f32; LANES]; 9];
 
-/// A vertex on the film, `x w`, `y w` and `w`, each as coefficients of `1, u, v`; pixels from the picture's corner.
-pub(crate) type Image = [[f64; 3]; 3];
+/// Corners of 16 triangles, lens frame: corner, axis, triangle.
+pub(crate) type Corners = [[[f64; LANES]; 3]; 3];
 
-/// The images of all vertices.
-pub(crate) fn images(view: &View, positions: &[DVec3]) -> Vec<Image> {
-    let family = &view.pixel_from_lens;
-    positions
-        .par_iter()
-        .map(|position| {
-            let p = position.extend(1.0);
-            [0, 1, 2].map(|row| [0, 1, 2].map(|part: usize| family[part][row].dot(p)))
-        })
-        .collect()
-}
-
-/// One triangle in one tile.
+/// Sixteen triangles in one tile.
 #[derive(Clone, Debug)]
-pub(crate) struct Setup {
-    /// The triangle's number.
-    pub triangle: u32,
-    /// Edge `i` lies opposite to corner `i`: its function, over the sum of the three, is that corner's weight.
+pub(crate) struct Block {
+    /// The triangles' numbers.
+    pub triangles: [u32; LANES],
+    /// What is written where they are seen.
+    pub ids: [u32; LANES],
+    /// Edge `i` lies opposite to corner `i`. Each edge has a scale of its own: its sign is what counts.
     pub edges: [Bilinear; 3],
     /// `D.N`.
     pub facing: Bilinear,
-    /// Corners on the film, `x w`, `y w` and `w` as coefficients of `1, u, v`; pixels from the tile's centre.
-    /// `None` where a corner has no image for some lens point.
-    pub corners: Option<[[[f32; 3]; 3]; 3]>,
     /// `N.(v0 - s)`: coefficients of `1, u, v`. Depth is ordered by `1/t = facing / plane`.
-    pub plane: [f32; 3],
+    pub plane: [[f32; LANES]; 3],
+    /// Corners on the film, `x w`, `y w` and `w` as coefficients of `1, u, v`; pixels from the tile's centre.
+    pub corners: [[[[f32; LANES]; 3]; 3]; 3],
+    /// At least the largest `1/t` anywhere in the tile, for any lens point.
+    pub nearest: [f32; LANES],
+    /// Triangles, the first in the lowest bit, that may touch the tile.
+    pub live: u16,
+    /// Those whose corners have an image for every lens point.
+    pub imaged: u16,
+    /// Those that may come nearer than the near plane, whose `1/t` is then checked at each sample.
+    pub near: u16,
+    /// Those that samples may pass through.
+    pub cutout: u16,
+}
+
+impl Block {
+    pub(crate) const EMPTY: Self = Self {
+        triangles: [0; LANES],
+        ids: [0; LANES],
+        edges: [[[0.0; LANES]; 9]; 3],
+        facing: [[0.0; LANES]; 9],
+        plane: [[0.0; LANES]; 3],
+        corners: [[[[0.0; LANES]; 3]; 3]; 3],
+        nearest: [0.0; LANES],
+        live: 0,
+        imaged: 0,
+        near: 0,
+        cutout: 0,
+    };
 }
 
 /// The film about one tile's centre.
@@ -51,15 +69,67 @@ pub(crate) struct TileFilm {
     pub dy: DVec3,
     weight: [f64; 3],
     radius: f64,
-    center: [f64; 2],
+    /// Rows of the projection to `x w`, `y w` and `w` from the tile's centre, for the parts `1, u, v`.
+    image: [[DVec4; 3]; 3],
     /// `1/t` of the near plane at the centre, and its change with a pixel to the right and down.
     pub near: [f32; 3],
+    /// The largest distance of the tile from the plane of the lens: `1/t` at depth 1.
+    pub deepest: f64,
+}
+
+/// One number, or several side by side.
+trait Number: Copy + Add<Output = Self> + Sub<Output = Self> + Neg<Output = Self> {
+    fn times(self, factor: f64) -> Self;
+    fn by(self, factor: Self) -> Self;
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn times(self, factor: f64) -> Self {
+        self * factor
+    }
+    #[inline(always)]
+    fn by(self, factor: Self) -> Self {
+        self * factor
+    }
+}
+
+impl<S: Simd> Number for f64x8<S> {
+    #[inline(always)]
+    fn times(self, factor: f64) -> Self {
+        self * factor
+    }
+    #[inline(always)]
+    fn by(self, factor: Self) -> Self {
+        self * factor
+    }
+}
+
+#[inline(always)]
+fn cross<T: Number>(a: [T; 3], b: [T; 3]) -> [T; 3] {
+    [a[1].by(b[2]) - b[1].by(a[2]), a[2].by(b[0]) - b[2].by(a[0]), a[0].by(b[1]) - b[0].by(a[1])]
+}
+
+#[inline(always)]
+fn minus<T: Number>(a: [T; 3], b: [T; 3]) -> [T; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// `1, u, v` of `q_w s.m - p.m + s.(d x p)`, for a film point or a step on the film.
+#[inline(always)]
+fn part<T: Number>(m: [T; 3], d: [T; 3], p: DVec3, weight: f64, radius: f64) -> [T; 3] {
+    [
+        -(m[0].times(p.x) + m[1].times(p.y) + m[2].times(p.z)),
+        (m[0].times(weight) + (d[1].times(p.z) - d[2].times(p.y))).times(radius),
+        (m[1].times(weight) + (d[2].times(p.x) - d[0].times(p.z))).times(radius),
+    ]
 }
 
 impl TileFilm {
     pub(crate) fn new(view: &View, tile_x: u32, tile_y: u32) -> Self {
-        let center = |tile: u32| f64::from(tile * TILE) + 0.5 * f64::from(TILE);
-        let p = view.film + view.film_dx * center(tile_x) + view.film_dy * center(tile_y);
+        let half = 0.5 * f64::from(TILE);
+        let center = [tile_x, tile_y].map(|tile| f64::from(tile * TILE) + half);
+        let p = view.film + view.film_dx * center[0] + view.film_dy * center[1];
         let (dx, dy) = (view.film_dx, view.film_dy);
         let f = view.focal_length;
         Self {
@@ -68,91 +138,253 @@ impl TileFilm {
             dy,
             weight: [1.0 + p.z / f, dx.z / f, dy.z / f],
             radius: view.radius,
-            center: [center(tile_x), center(tile_y)],
+            image: view.pixel_from_lens.map(|[x, y, w]| [x - w * center[0], y - w * center[1], w]),
             // Along the axis the ray advances -p.z for each unit of t.
             near: [p.z, dx.z, dy.z].map(|z| (-z / view.near) as f32),
+            deepest: half * (dx.z.abs() + dy.z.abs()) - p.z,
         }
     }
 
-    /// `q_w s.m - p.m + s.(d x p)` as nine coefficients. Negating `m` and `d` negates each exactly.
-    fn bilinear(&self, m: DVec3, d: DVec3) -> [f64; 9] {
-        let row = |p: DVec3, weight: f64| {
-            [
-                -(p.x * m.x + p.y * m.y + p.z * m.z),
-                self.radius * (weight * m.x + (d.y * p.z - d.z * p.y)),
-                self.radius * (weight * m.y + (d.z * p.x - d.x * p.z)),
-            ]
-        };
-        let [a, b, c] =
-            [row(self.p, self.weight[0]), row(self.dx, self.weight[1]), row(self.dy, self.weight[2])];
-        [a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2]]
+    /// The function of the plane through the lens point with normal `m - s x d` as nine coefficients. Negating `m`
+    /// and `d` negates each exactly.
+    #[inline(always)]
+    fn bilinear<T: Number>(&self, m: [T; 3], d: [T; 3]) -> [T; 9] {
+        let [a0, a1, a2] = part(m, d, self.p, self.weight[0], self.radius);
+        let [b0, b1, b2] = part(m, d, self.dx, self.weight[1], self.radius);
+        let [c0, c1, c2] = part(m, d, self.dy, self.weight[2], self.radius);
+        [a0, a1, a2, b0, b1, b2, c0, c1, c2]
     }
 
-    /// The edge functions in double precision, each opposite to its corner.
-    fn edges(&self, v: [DVec3; 3]) -> [[f64; 9]; 3] {
-        [(1, 2), (2, 0), (0, 1)].map(|(a, b)| self.bilinear(v[a].cross(v[b]), v[b] - v[a]))
+    /// The function of the directed edge from `a` to `b`.
+    #[inline(always)]
+    fn edge<T: Number>(&self, a: [T; 3], b: [T; 3]) -> [T; 9] {
+        self.bilinear(cross(a, b), minus(b, a))
     }
 
-    /// [`Self::edges`] by a common power of two that keeps them within single precision.
+    /// A triangle's edge functions, each opposite to its corner, by a common power of two that keeps them within
+    /// single precision.
     pub(crate) fn scaled_edges(&self, v: [DVec3; 3]) -> [[f64; 9]; 3] {
-        let edges = self.edges(v);
-        let scale = scale(&edges);
+        let v = v.map(|corner| corner.to_array());
+        let edges = [self.edge(v[1], v[2]), self.edge(v[2], v[0]), self.edge(v[0], v[1])];
+        let largest = edges.iter().flatten().fold(0.0f64, |most, c| most.max(c.abs()));
+        let scale = power_of_two_near(largest * f64::from(TILE));
         edges.map(|e| e.map(|c| c * scale))
     }
 
-    /// Sets up a triangle; `images` are those of its corners where all lie in the frustum. `None` when its edges
-    /// show that it misses the tile for every lens point.
-    pub(crate) fn setup(&self, triangle: u32, v: [DVec3; 3], images: Option<[&Image; 3]>) -> Option<Setup> {
-        let edges = self.edges(v);
-        let normal = (v[1] - v[0]).cross(v[2] - v[0]);
-        let plane = [normal.dot(v[0]), -normal.x * self.radius, -normal.y * self.radius];
-        let facing = self.bilinear(normal, DVec3::ZERO);
-
-        let side = if plane[0] > libm::hypot(plane[1], plane[2]) {
-            1.0
-        } else if -plane[0] > libm::hypot(plane[1], plane[2]) {
-            -1.0
-        } else {
-            0.0
-        };
-        if side != 0.0 && edges.iter().any(|e| side * e[0] + reach(e) * (1.0 + 1e-6) < 0.0) {
-            return None;
-        }
-        let scale = scale(&edges);
-        let corners = images.map(|images| {
-            images.map(|&[x, y, w]| {
-                let about = |row: [f64; 3], center: f64| {
-                    std::array::from_fn(|part| (row[part] - center * w[part]) as f32)
-                };
-                [about(x, self.center[0]), about(y, self.center[1]), w.map(|w| w as f32)]
-            })
-        });
-        let depth_scale = power_of_two_near(plane[0].abs() + plane[1].abs() + plane[2].abs());
-        Some(Setup {
-            triangle,
-            corners,
-            edges: edges.map(|e| e.map(|c| (c * scale) as f32)),
-            facing: facing.map(|c| (c * depth_scale) as f32),
-            plane: plane.map(|c| (c * depth_scale) as f32),
-        })
+    /// Sets up triangles with these corners; `depths` are those of their nearest corners. All but names and flags of
+    /// the block is written; those that miss the tile for every lens point, as their edges show, are not live.
+    pub(crate) fn set_up(&self, level: Level, v: &Corners, depths: &[f32; LANES], block: &mut Block) {
+        at_level!(level, simd => set_up(simd, self, v, depths, block));
     }
 }
 
-/// A common power of two keeps single precision away from its ends and changes no sign.
-fn scale(edges: &[[f64; 9]; 3]) -> f64 {
-    power_of_two_near(edges.iter().map(|e| e[0].abs() + reach(e)).fold(0.0, f64::max))
+#[inline(always)]
+fn set_up<S: Simd>(simd: S, film: &TileFilm, v: &Corners, depths: &[f32; LANES], block: &mut Block) {
+    let (low, high) = (corners(simd, v, 0), corners(simd, v, 8));
+    let (low_face, high_face) = (Face::new(simd, film, &low), Face::new(simd, film, &high));
+    let (low_side, high_side) = (low_face.side(simd), high_face.side(simd));
+    store(&low_face.facing, &high_face.facing, &mut block.facing);
+    store(&low_face.plane, &high_face.plane, &mut block.plane);
+    let (low_near, high_near) = (low_face.nearest(simd, low_side), high_face.nearest(simd, high_side));
+    low_near.narrow(high_near).store_array(&mut block.nearest);
+    // No part of a triangle is nearer than its nearest corner; a hundred-thousandth is for rounding.
+    for (nearest, &depth) in block.nearest.iter_mut().zip(depths) {
+        *nearest = 1.000_01 * nearest.min((film.deepest / f64::from(depth)) as f32);
+    }
+
+    let mut live = 0xffff;
+    for (edge, (a, b)) in block.edges.iter_mut().zip([(1, 2), (2, 0), (0, 1)]) {
+        let (low, high) = (film.edge(low[a], low[b]), film.edge(high[a], high[b]));
+        live &= reaches(simd, &low, low_side) | reaches(simd, &high, high_side) << 8;
+        store(&scaled(simd, &low), &scaled(simd, &high), edge);
+    }
+    block.live = live;
+    for (corner, images) in block.corners.iter_mut().enumerate() {
+        for (row, image) in images.iter_mut().enumerate() {
+            for (part, out) in image.iter_mut().enumerate() {
+                let h = &film.image[part][row];
+                affine(h, &low[corner]).narrow(affine(h, &high[corner])).store_array(out);
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn corners<S: Simd>(simd: S, v: &Corners, first: usize) -> [[f64x8<S>; 3]; 3] {
+    let mut out = [[f64x8::splat(simd, 0.0); 3]; 3];
+    for (out, v) in out.iter_mut().zip(v) {
+        for (out, v) in out.iter_mut().zip(v) {
+            *out = f64x8::from_slice(simd, &v[first..first + 8]);
+        }
+    }
+    out
+}
+
+/// `h.(x, 1)`.
+#[inline(always)]
+fn affine<S: Simd>(h: &DVec4, at: &[f64x8<S>; 3]) -> f64x8<S> {
+    at[0] * h.x + at[1] * h.y + at[2] * h.z + h.w
+}
+
+#[inline(always)]
+fn store<S: Simd, const N: usize>(low: &[f64x8<S>; N], high: &[f64x8<S>; N], out: &mut [[f32; LANES]; N]) {
+    for ((low, high), out) in low.iter().zip(high).zip(out) {
+        low.narrow(*high).store_array(out);
+    }
+}
+
+/// Planes of eight triangles: `D.N` and `N.(v0 - s)`, by a common power of two.
+struct Face<S: Simd> {
+    facing: [f64x8<S>; 9],
+    plane: [f64x8<S>; 3],
+}
+
+impl<S: Simd> Face<S> {
+    #[inline(always)]
+    fn new(simd: S, film: &TileFilm, v: &[[f64x8<S>; 3]; 3]) -> Self {
+        let normal = cross(minus(v[1], v[0]), minus(v[2], v[0]));
+        let [x, y, z] = normal;
+        let along = x * v[0][0] + y * v[0][1] + z * v[0][2];
+        let mut plane = [along, -x * film.radius, -y * film.radius];
+        let none = [f64x8::splat(simd, 0.0); 3];
+        let mut facing = film.bilinear(normal, none);
+        let scale = power_of_two(simd, plane[0].abs() + plane[1].abs() + plane[2].abs());
+        for c in facing.iter_mut().chain(&mut plane) {
+            *c *= scale;
+        }
+        Self { facing, plane }
+    }
+
+    /// 1 where all of the lens sees the front, -1 where all sees the back, 0 where it may see both.
+    #[inline(always)]
+    fn side(&self, simd: S) -> f64x8<S> {
+        let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
+        let swing = self.plane[1].abs() + self.plane[2].abs();
+        let back = (-self.plane[0]).simd_gt(swing).select(-one, zero);
+        self.plane[0].simd_gt(swing).select(one, back)
+    }
+
+    /// At least the largest `1/t` in the tile.
+    #[inline(always)]
+    fn nearest(&self, simd: S, side: f64x8<S>) -> f64x8<S> {
+        let infinite = f64x8::splat(simd, f64::INFINITY);
+        let reach = reach(&self.facing);
+        let least = self.plane[0].abs() - self.plane[1].abs() - self.plane[2].abs();
+        // Single precision loses a few millionths of what cancels.
+        let most = self.facing[0] * side + reach + (self.facing[0].abs() + reach) * 4e-6;
+        let nearest = most / least;
+        (side.abs() * least).simd_gt(f64x8::splat(simd, 0.0)).select(nearest, infinite)
+    }
+}
+
+/// Which of eight edge functions are anywhere in the tile, for any lens point, not negative; all where the side is
+/// in doubt.
+#[inline(always)]
+fn reaches<S: Simd>(simd: S, e: &[f64x8<S>; 9], side: f64x8<S>) -> u16 {
+    let most = e[0] * side + reach(e) * (1.0 + 1e-6);
+    let outside = most.simd_lt(f64x8::splat(simd, 0.0)) & side.simd_ne(f64x8::splat(simd, 0.0));
+    !(outside.to_bitmask() as u16) & 0xff
 }
 
 /// How far a function can be from its value at tile centre and lens centre.
-fn reach(e: &[f64; 9]) -> f64 {
+#[inline(always)]
+fn reach<S: Simd>(e: &[f64x8<S>; 9]) -> f64x8<S> {
     let half = 0.5 * f64::from(TILE);
-    let swing = |i: usize| e[i + 1].abs() + e[i + 2].abs();
-    swing(0) + half * (e[3].abs() + swing(3) + e[6].abs() + swing(6))
+    let right = e[3].abs() + e[4].abs() + e[5].abs();
+    let down = e[6].abs() + e[7].abs() + e[8].abs();
+    e[1].abs() + e[2].abs() + (right + down) * half
+}
+
+/// Eight functions, each by a power of two that keeps it away from the ends of single precision.
+#[inline(always)]
+fn scaled<S: Simd>(simd: S, e: &[f64x8<S>; 9]) -> [f64x8<S>; 9] {
+    let scale = power_of_two(simd, e[0].abs() + reach(e));
+    [
+        e[0] * scale,
+        e[1] * scale,
+        e[2] * scale,
+        e[3] * scale,
+        e[4] * scale,
+        e[5] * scale,
+        e[6] * scale,
+        e[7] * scale,
+        e[8] * scale,
+    ]
+}
+
+#[inline(always)]
+fn power_of_two<S: Simd>(simd: S, x: f64x8<S>) -> f64x8<S> {
+    let mut each = x.to_array();
+    for x in &mut each {
+        *x = power_of_two_near(*x);
+    }
+    f64x8::load_array(simd, each)
 }
 
 /// A power of two that brings `x` to between 1 and 2, within the doubles' range.
+#[inline(always)]
 fn power_of_two_near(x: f64) -> f64 {
     let exponent = (x.to_bits() >> 52) & 0x7ff;
     // 2^-(exponent - 1023); denormals and infinities are left alone.
     if exponent == 0 || exponent >= 2046 { 1.0 } else { f64::from_bits((2046 - exponent) << 52) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::raster::view::test_view;
+    use crate::simd::SimdLevel;
+
+    #[test]
+    fn what_is_passed_over_misses_the_tile_and_nothing_is_nearer_than_said() {
+        let film = TileFilm::new(&test_view(), 0, 0);
+        let mut state = 5u64;
+        let mut random = || {
+            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+            (state >> 40) as f64 / 8_388_608.0 - 1.0
+        };
+        let (mut missed, mut met) = (0, 0);
+        for round in 0..40 {
+            let size = [1.0, 0.1, 0.01][round % 3];
+            let mut v: Corners = [[[0.0; LANES]; 3]; 3];
+            let mut depths = [0.0; LANES];
+            for lane in 0..LANES {
+                let z = 1.2 + random();
+                let middle = [0.2 * z * random(), 0.2 * z * random(), z];
+                for corner in &mut v {
+                    for axis in 0..3 {
+                        corner[axis][lane] = middle[axis] + size * random();
+                    }
+                }
+                depths[lane] = v.iter().map(|c| c[2][lane]).fold(f64::INFINITY, f64::min).max(0.0) as f32;
+            }
+            let mut block = Block::EMPTY;
+            film.set_up(SimdLevel::best().level(), &v, &depths, &mut block);
+            for lane in 0..LANES {
+                let c = [0, 1, 2].map(|i| [0, 1, 2].map(|axis| v[i][axis][lane]));
+                let edges = [film.edge(c[1], c[2]), film.edge(c[2], c[0]), film.edge(c[0], c[1])];
+                let n = cross(minus(c[1], c[0]), minus(c[2], c[0]));
+                for _ in 0..200 {
+                    let angle = 3.2 * random();
+                    let (sine, cosine) = libm::sincos(angle);
+                    let (u, v, x, y) = (cosine, sine, 16.0 * random(), 16.0 * random());
+                    let at = |e: &[f64; 9]| {
+                        let part = |i: usize| e[i] + e[i + 1] * u + e[i + 2] * v;
+                        part(0) + part(3) * x + part(6) * y
+                    };
+                    let s = [film.radius * u, film.radius * v, 0.0];
+                    let side: f64 = (0..3).map(|i| n[i] * (c[0][i] - s[i])).sum();
+                    let inverse = at(&film.bilinear(n, [0.0; 3])) / side;
+                    if !edges.iter().all(|e| at(e) * side >= 0.0) || inverse <= 0.0 {
+                        continue;
+                    }
+                    met += 1;
+                    assert!(block.live >> lane & 1 == 1, "passed over, and met at {u} {v} {x} {y}");
+                    assert!(inverse <= f64::from(block.nearest[lane]), "{inverse} {}", block.nearest[lane]);
+                }
+                missed += u32::from(block.live >> lane & 1 == 0);
+            }
+        }
+        assert!(missed > 100 && met > 1000, "{missed} {met}");
+    }
 }

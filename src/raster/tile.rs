@@ -1,36 +1,55 @@
-//! One tile: set-up of its triangles, then every batch of samples through the kernel to the shader.
+//! One tile: its triangles, nearest first, through every batch of samples to the shader.
+//!
+//! Triangles are set up 16 at a time, and only when a batch comes to them: what lies behind all that the batches
+//! see, nearest corner and all, is never touched.
 
-use super::TILE;
-use super::bin::Bins;
-use super::kernel::{Opaque, Visit, cover};
-use super::setup::{Image, Setup, TileFilm};
+use super::bin::{Bins, Candidate};
+use super::kernel::{Opaque, Visits, cover};
+use super::lists::Cursor;
+use super::setup::{Block, Corners, TileFilm};
 use super::view::{Batch, View};
-use super::visibility::{Group, Visibility, group};
+use super::visibility::{Group, Visibility, group, singles};
+use super::{LANES, TILE};
 use fearless_simd::Level;
 use glam::DVec3;
 
 /// The geometry to draw, in the lens frame.
 pub(crate) struct Geometry<'a> {
+    pub view: &'a View,
+    pub bins: &'a Bins,
     pub positions: &'a [DVec3],
-    /// Where the lens points see them.
-    pub images: &'a [Image],
-    pub triangles: &'a [[u32; 3]],
     /// For each triangle, whether samples may pass through it.
     pub cutout: &'a [bool],
     /// The surface that a triangle is part of, and how many surfaces there are. Which surface is seen is all
     /// that is told of a sample.
     pub surface: &'a (dyn Fn(u32) -> u32 + Sync),
     pub surfaces: usize,
+    /// Seconds from any start.
+    pub clock: Option<&'a (dyn Fn() -> f64 + Sync)>,
+}
+
+/// The blocks of pixels that 16 triangles may touch from one cell of the lens.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spans {
+    /// Columns `x0..=x1`, rows `y0..=y1`.
+    pub blocks: [[u8; 4]; LANES],
+    /// Triangles that may touch any.
+    pub some: u16,
 }
 
 /// What one thread reuses from tile to tile.
 pub(crate) struct TileScratch {
-    setups: Vec<Setup>,
-    /// Block ranges, cell by cell, of each set-up; empty where `x0 > x1`.
-    blocks: Vec<[u8; 4]>,
-    crosses_near: Vec<bool>,
-    /// For each set-up its place in `surfaces`.
-    slots: Vec<u32>,
+    tile: (u32, u32),
+    cursor: Cursor,
+    /// The triangles to be set up next.
+    next: [Candidate; LANES],
+    waiting: usize,
+    /// Set-ups, of which the first `ready` are this tile's, and cell by cell their spans.
+    blocks: Vec<Block>,
+    ready: usize,
+    spans: Vec<Spans>,
+    /// For each block at least the largest `1/t` of it and all after it.
+    nearest: Vec<f32>,
     /// The surfaces in the tile, each with one of its triangles.
     surfaces: Vec<u32>,
     /// For each surface of the scene the tile that last met it, and its place there.
@@ -39,84 +58,58 @@ pub(crate) struct TileScratch {
     seen: Visibility,
     cells: usize,
     block: (u32, u32),
+    /// Seconds that set-up took in this tile.
+    pub seconds: f64,
 }
 
 impl Default for TileScratch {
     fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl TileScratch {
-    pub(crate) fn new() -> Self {
         Self {
-            setups: Vec::new(),
+            tile: (0, 0),
+            cursor: Cursor::default(),
+            next: [Candidate::default(); LANES],
+            waiting: 0,
             blocks: Vec::new(),
-            crosses_near: Vec::new(),
-            slots: Vec::new(),
+            ready: 0,
+            spans: Vec::new(),
+            nearest: Vec::new(),
             surfaces: Vec::new(),
             met: Vec::new(),
             tiles: 0,
             seen: Visibility::new(),
             cells: 1,
             block: (1, 1),
+            seconds: 0.0,
         }
     }
+}
 
-    /// Sets up tile `(x, y)` for batches that serve `block` pixels across and down.
+impl TileScratch {
+    /// Starts tile `(x, y)`, for batches that serve `block` pixels across and down.
     pub(crate) fn prepare(
         &mut self,
-        view: &View,
         geometry: &Geometry<'_>,
-        bins: &Bins,
         cells: usize,
         block: (u32, u32),
-        (x, y): (u32, u32),
+        tile: (u32, u32),
     ) -> TileFilm {
-        let film = TileFilm::new(view, x, y);
+        self.tile = tile;
+        self.cursor = Cursor::default();
+        self.waiting = geometry.bins.take(tile, &mut self.cursor, &mut self.next);
         self.cells = cells;
         self.block = block;
-        self.setups.clear();
-        self.blocks.clear();
-        self.crosses_near.clear();
-        self.slots.clear();
+        self.ready = 0;
+        self.spans.clear();
+        self.nearest.clear();
         self.surfaces.clear();
         self.met.resize(geometry.surfaces, (0, 0));
         self.tiles += 1;
-        for &t in bins.tile(x, y) {
-            let corners = geometry.triangles[t as usize];
-            let v = corners.map(|i| geometry.positions[i as usize]);
-            let images = bins.in_front(corners).then(|| corners.map(|i| &geometry.images[i as usize]));
-            let Some(setup) = film.setup(t, v, images) else { continue };
-            self.setups.push(setup);
-            let met = &mut self.met[(geometry.surface)(t) as usize];
-            if met.0 != self.tiles {
-                *met = (self.tiles, self.surfaces.len() as u32);
-                self.surfaces.push(t);
-            }
-            self.slots.push(met.1);
-            self.crosses_near.push(v.iter().any(|p| p.z < view.near * (1.0 + 1e-6)));
-            for cell in 0..cells {
-                let pixels = bins.triangle_box(t, corners, cell);
-                let range = |low: i16, high: i16, tile: u32, block: u32| {
-                    let start = i64::from(tile * TILE);
-                    let low = (i64::from(low) - start).max(0);
-                    let high = (i64::from(high) - start).min(i64::from(TILE) - 1);
-                    if low > high { None } else { Some((low as u32 / block, high as u32 / block)) }
-                };
-                let columns = range(pixels.x0, pixels.x1, x, block.0);
-                let rows = range(pixels.y0, pixels.y1, y, block.1);
-                self.blocks.push(match (columns, rows) {
-                    (Some((x0, x1)), Some((y0, y1))) => [x0, x1, y0, y1].map(|b| b as u8),
-                    _ => [1, 0, 1, 0],
-                });
-            }
-        }
-        film
+        self.seconds = 0.0;
+        TileFilm::new(geometry.view, tile.0, tile.1)
     }
 
-    /// Draws one batch of samples of the tile that is set up, in the `wanted` regions of 4 x 4 blocks (see
-    /// [`Visibility::clear`]); what is seen stays until the next.
+    /// Draws one batch of samples in the `wanted` regions of 4 x 4 blocks (see [`Visibility::clear`]); what is seen stays
+    /// until the next.
     pub(crate) fn draw(
         &mut self,
         level: Level,
@@ -126,19 +119,86 @@ impl TileScratch {
         batch: &Batch,
         opaque: &Opaque<'_>,
     ) {
-        let Self { setups, slots, blocks, crosses_near, seen, cells, block, .. } = self;
-        seen.clear(block.0, block.1, wanted);
-        let visits = setups.iter().enumerate().filter_map(|(at, setup)| {
-            let blocks = blocks[at * *cells + batch.cell];
-            (blocks[0] <= blocks[1]).then(|| Visit {
-                setup,
-                id: slots[at],
-                blocks,
-                near: crosses_near[at].then_some(film.near),
-                cutout: geometry.cutout[setup.triangle as usize],
-            })
-        });
-        cover(level, batch, *block, visits, seen, opaque);
+        self.seen.clear(self.block.0, self.block.1, wanted);
+        for at in 0.. {
+            if at == self.ready {
+                if self.waiting == 0 {
+                    break;
+                }
+                let nearest = (film.deepest / f64::from(self.next[0].nearest)) as f32 * 1.000_01;
+                if self.seen.hides(nearest, batch.live) {
+                    break;
+                }
+                let start = geometry.clock.map(|clock| clock());
+                self.set_up(level, geometry, film);
+                if let (Some(clock), Some(start)) = (geometry.clock, start) {
+                    self.seconds += clock() - start;
+                }
+                self.nearest.push(nearest);
+            }
+            if self.seen.hides(self.nearest[at], batch.live) {
+                break;
+            }
+            let visits = Visits {
+                block: &self.blocks[at],
+                spans: &self.spans[at * self.cells + batch.cell],
+                film,
+                size: self.block,
+            };
+            cover(level, batch, &visits, &mut self.seen, opaque);
+        }
+    }
+
+    /// Sets up the triangles that wait.
+    fn set_up(&mut self, level: Level, geometry: &Geometry<'_>, film: &TileFilm) {
+        let bins = geometry.bins;
+        if self.blocks.len() == self.ready {
+            self.blocks.push(Block::EMPTY);
+        }
+        let block = &mut self.blocks[self.ready];
+        let (mut corners, mut depths): (Corners, _) = ([[[0.0; LANES]; 3]; 3], [0.0; LANES]);
+        (block.imaged, block.near, block.cutout) = (0, 0, 0);
+        for (lane, candidate) in self.next.iter().take(self.waiting).enumerate() {
+            for (corner, &vertex) in corners.iter_mut().zip(&candidate.corners) {
+                let place = geometry.positions[vertex as usize];
+                corner[0][lane] = place.x;
+                corner[1][lane] = place.y;
+                corner[2][lane] = place.z;
+            }
+            depths[lane] = candidate.nearest;
+            block.triangles[lane] = candidate.triangle;
+            block.imaged |= u16::from(bins.in_front(candidate.corners)) << lane;
+            let near = f64::from(candidate.nearest) < geometry.view.near * (1.0 + 1e-6);
+            block.near |= u16::from(near) << lane;
+            block.cutout |= u16::from(geometry.cutout[candidate.triangle as usize]) << lane;
+        }
+        film.set_up(level, &corners, &depths, block);
+        block.live &= (0xffff_u32 >> (LANES - self.waiting)) as u16;
+
+        let live = |lane: usize| block.live >> lane & 1 == 1;
+        for (lane, candidate) in self.next.iter().enumerate().filter(|(lane, _)| live(*lane)) {
+            let met = &mut self.met[(geometry.surface)(candidate.triangle) as usize];
+            if met.0 != self.tiles {
+                *met = (self.tiles, self.surfaces.len() as u32);
+                self.surfaces.push(candidate.triangle);
+            }
+            block.ids[lane] = met.1;
+        }
+        for cell in 0..self.cells {
+            let mut spans = Spans { blocks: [[1, 0, 1, 0]; LANES], some: 0 };
+            for (lane, candidate) in self.next.iter().enumerate().filter(|(lane, _)| live(*lane)) {
+                let pixels = bins.triangle_box(candidate.triangle, candidate.corners, cell);
+                let columns = range(pixels.x0, pixels.x1, self.tile.0, self.block.0);
+                let rows = range(pixels.y0, pixels.y1, self.tile.1, self.block.1);
+                if let (Some((x0, x1)), Some((y0, y1))) = (columns, rows) {
+                    spans.blocks[lane] = [x0, x1, y0, y1];
+                    spans.some |= 1 << lane;
+                }
+            }
+            self.spans.push(spans);
+        }
+        self.ready += 1;
+        self.waiting = bins.take(self.tile, &mut self.cursor, &mut self.next);
     }
 
     /// Sorts the samples of the batch that was drawn by what they see.
@@ -146,8 +206,23 @@ impl TileScratch {
         group(level, batch, &self.seen, out);
     }
 
-    /// The surfaces in the tile, by one triangle of each; a group's or visit's id is a place in them.
+    /// Each sample of the batch that was drawn by itself, sorted by what it sees, nothing last.
+    pub(crate) fn singles(&self, batch: &Batch, next: &mut Vec<u32>, out: &mut Vec<Group>) {
+        singles(batch, &self.seen, self.surfaces.len(), next, out);
+    }
+
+    /// The surfaces met in the tile so far, by one triangle of each; a group's or visit's id is a place in them.
     pub(crate) fn surfaces(&self) -> &[u32] {
         &self.surfaces
     }
+}
+
+/// The blocks of a tile, `size` pixels each, that pixels from `low` to `high` lie in.
+fn range(low: i16, high: i16, tile: u32, size: u32) -> Option<(u8, u8)> {
+    let start = (tile * TILE) as i32;
+    let low = (i32::from(low) - start).max(0);
+    let high = (i32::from(high) - start).min(TILE as i32 - 1);
+    // Sizes are powers of two, and a shift is not a division.
+    let bits = size.trailing_zeros();
+    (low <= high).then(|| ((low >> bits) as u8, (high >> bits) as u8))
 }

@@ -95,3 +95,28 @@ impl Pattern {
 pub(crate) fn from_center((x, y): (u32, u32)) -> Vec2 {
     Vec2::new(x as f32, y as f32) - 0.5 * TILE as f32
 }
+
+/// A tile 32 mm wide, 150 mm behind a lens of 140 mm focal length and 20 mm radius.
+#[cfg(test)]
+pub(crate) fn test_view() -> View {
+    let (behind, step, radius, focal_length) = (0.15, 1e-3, 0.02, 0.14);
+    // x w = (q_w s z + behind (s - X)) / step + 16 z, w = z.
+    let moved = radius * (1.0 - behind / focal_length) / step;
+    let row = |axis: DVec4| [axis * (-behind / step) + DVec4::Z * 16.0, DVec4::ZERO, DVec4::ZERO];
+    let mut rows = [row(DVec4::X), row(DVec4::Y), [DVec4::Z, DVec4::ZERO, DVec4::ZERO]];
+    for axis in 0..2 {
+        rows[axis][axis + 1] = DVec4::Z * moved + DVec4::W * (behind * radius / step);
+    }
+    View {
+        width: TILE,
+        height: TILE,
+        film: DVec3::new(-0.016, -0.016, -behind),
+        film_dx: DVec3::X * step,
+        film_dy: DVec3::Y * step,
+        focal_length,
+        radius,
+        near: 0.3,
+        pixel_from_lens: [0, 1, 2].map(|part| [0, 1, 2].map(|row: usize| rows[row][part])),
+        least_w: 0.3,
+    }
+}

@@ -116,8 +116,16 @@ impl Visibility {
 
     #[inline(always)]
     fn is_wanted(&self, block: usize) -> bool {
+        if self.wanted == EVERYWHERE {
+            return true;
+        }
         let (row, column) = (block / self.columns / REGION, block % self.columns / REGION);
         self.wanted >> (row * MOST_REGIONS + column) & 1 == 1
+    }
+
+    /// Whether all that a `1/t` of at most `nearest` can be seen of lies behind what the `live` lanes see.
+    pub(crate) fn hides(&self, nearest: f32, live: u16) -> bool {
+        self.floor.iter().enumerate().all(|(lane, &floor)| live >> lane & 1 == 0 || floor >= nearest)
     }
 
     /// Makes the tile's floor again where that may pay.
@@ -155,7 +163,7 @@ pub(crate) fn group(level: Level, batch: &Batch, seen: &Visibility, out: &mut Ve
 #[inline(always)]
 fn group_all<S: Simd>(simd: S, batch: &Batch, seen: &Visibility, out: &mut Vec<Group>) {
     for (block, ids) in seen.id.iter().enumerate() {
-        if seen.wanted != EVERYWHERE && !seen.is_wanted(block) {
+        if !seen.is_wanted(block) {
             continue;
         }
         let all = u32x16::load_array_ref(simd, ids);
@@ -165,6 +173,38 @@ fn group_all<S: Simd>(simd: S, batch: &Batch, seen: &Visibility, out: &mut Vec<G
             let same = all.simd_eq(u32x16::splat(simd, id)).to_bitmask() as u16 & rest;
             out.push(Group { block: block as u16, lanes: same, id });
             rest &= !same;
+        }
+    }
+}
+
+/// Each sample of a batch as a group of its own, sorted by what they see (one of `surfaces`, or nothing, which comes
+/// last), otherwise in order. `next` is scratch.
+pub(crate) fn singles(
+    batch: &Batch,
+    seen: &Visibility,
+    surfaces: usize,
+    next: &mut Vec<u32>,
+    out: &mut Vec<Group>,
+) {
+    next.clear();
+    next.resize(surfaces + 2, 0);
+    let live = |lane: usize| batch.live >> lane & 1 == 1;
+    let blocks = || seen.id.iter().enumerate().filter(|(block, _)| seen.is_wanted(*block));
+    for (_, ids) in blocks() {
+        for (_, &id) in ids.iter().enumerate().filter(|(lane, _)| live(*lane)) {
+            next[(id as usize).min(surfaces) + 1] += 1;
+        }
+    }
+    for i in 1..next.len() {
+        next[i] += next[i - 1];
+    }
+    out.clear();
+    out.resize(next[surfaces + 1] as usize, Group { block: 0, lanes: 0, id: NOTHING });
+    for (block, ids) in blocks() {
+        for (lane, &id) in ids.iter().enumerate().filter(|(lane, _)| live(*lane)) {
+            let place = &mut next[(id as usize).min(surfaces)];
+            out[*place as usize] = Group { block: block as u16, lanes: 1 << lane, id };
+            *place += 1;
         }
     }
 }

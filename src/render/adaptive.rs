@@ -4,7 +4,7 @@
 //! What a block shows depends on its number of samples alone, so a list of these numbers makes the picture again.
 
 use super::allocate::{self, Block, Goal, USUAL_FALL, allocate, fall};
-use super::draw::{Step, Tally, TileScratch};
+use super::draw::{Step, Tally};
 use super::pattern::Splits;
 use super::picture::Picture;
 use super::resolve::{BLOCKS, ByBlock};
@@ -271,38 +271,43 @@ impl<'a> Progressive<'a> {
             .sums
             .par_iter_mut()
             .enumerate()
-            .map_init(TileScratch::default, |scratch, (tile, sums)| {
-                let (tx, ty) = picture.place(tile);
-                let inside = |block: usize| {
-                    let (x, y) = (tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS);
-                    (x < columns && y < rows).then_some((x, y))
-                };
-                let mut now = ByBlock::<u32>::default();
-                let mut then = now;
-                for block in 0..now.len() {
-                    if let Some((x, y)) = inside(block) {
-                        now[block] = samples.get(x, y);
-                        then[block] = wanted[(y * columns + x) as usize].max(now[block]);
+            .map_init(
+                || picture.scratch(),
+                |scratch, (tile, sums)| {
+                    let (tx, ty) = picture.place(tile);
+                    let inside = |block: usize| {
+                        let (x, y) =
+                            (tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS);
+                        (x < columns && y < rows).then_some((x, y))
+                    };
+                    let mut now = ByBlock::<u32>::default();
+                    let mut then = now;
+                    for block in 0..now.len() {
+                        if let Some((x, y)) = inside(block) {
+                            now[block] = samples.get(x, y);
+                            then[block] = wanted[(y * columns + x) as usize].max(now[block]);
+                        }
                     }
-                }
-                let steps = steps(samples.base(), now, then);
-                let result = (!steps.is_empty() && !stop()).then(|| {
-                    let watch = Stopwatch::start(execution.clock);
-                    let (mut tally, count) = picture.draw_tile(scratch, (tx, ty), &steps, sums, watch, &stop);
-                    let mut watch = Stopwatch::start(execution.clock);
-                    let end = count.checked_sub(1).map_or(0, |last| steps[last].run.end());
-                    let reached: ByBlock<u32> =
-                        std::array::from_fn(|block| now[block].max(then[block].min(end)));
-                    let mut resolved = picture.resolve((tx, ty), sums, &reached, None, None);
-                    picture.highlights.raise((tx, ty), &reached, &mut resolved);
-                    watch.lap(&mut tally.stages.resolve);
-                    (tally, reached, resolved.squared)
-                });
-                if let Some(progress) = execution.progress {
-                    progress(finished.fetch_add(1, Ordering::Relaxed) + 1, tiles);
-                }
-                result
-            })
+                    let steps = steps(samples.base(), now, then);
+                    let result = (!steps.is_empty() && !stop()).then(|| {
+                        let watch = Stopwatch::start(execution.clock);
+                        let (mut tally, count) =
+                            picture.draw_tile(scratch.get(), (tx, ty), &steps, sums, watch, &stop);
+                        let mut watch = Stopwatch::start(execution.clock);
+                        let end = count.checked_sub(1).map_or(0, |last| steps[last].run.end());
+                        let reached: ByBlock<u32> =
+                            std::array::from_fn(|block| now[block].max(then[block].min(end)));
+                        let mut resolved = picture.resolve((tx, ty), sums, &reached, None, None);
+                        picture.highlights.raise((tx, ty), &reached, &mut resolved);
+                        watch.lap(&mut tally.stages.resolve);
+                        (tally, reached, resolved.squared)
+                    });
+                    if let Some(progress) = execution.progress {
+                        progress(finished.fetch_add(1, Ordering::Relaxed) + 1, tiles);
+                    }
+                    result
+                },
+            )
             .collect();
         if cancelled(execution) {
             return Err(stopped());

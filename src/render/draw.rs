@@ -13,6 +13,7 @@ use crate::sampling::{self, hash};
 use crate::shade::{LaneSums, Look, Place, Rays, Samples};
 use glam::{Vec2, Vec3};
 use std::cell::RefCell;
+use std::sync::Mutex;
 
 /// What one thread reuses from tile to tile.
 #[derive(Default)]
@@ -23,7 +24,7 @@ pub(super) struct TileScratch {
     runs: Vec<Group>,
     next: Vec<u32>,
     /// By place among the tile's surfaces; made when first asked for.
-    looks: RefCell<Vec<Option<Box<Look>>>>,
+    looks: RefCell<Looks>,
     /// The sums before the step that is being drawn.
     before: Vec<[Vec3; 2]>,
 }
@@ -37,20 +38,30 @@ pub(super) struct Tally {
     pub stages: Stages,
 }
 
-/// The set bits of a mask, lowest first.
-#[derive(Clone, Copy)]
-struct Lanes(u16);
+/// Looks by number, made when first asked for.
+#[derive(Default)]
+struct Looks {
+    /// One more than the place of each, or 0.
+    places: Vec<u32>,
+    made: Vec<Look>,
+}
 
-impl Iterator for Lanes {
-    type Item = usize;
+impl Looks {
+    fn clear(&mut self) {
+        self.places.clear();
+        self.made.clear();
+    }
 
-    #[inline]
-    fn next(&mut self) -> Option<usize> {
-        let lane = self.0.trailing_zeros() as usize;
-        (self.0 != 0).then(|| {
-            self.0 &= self.0 - 1;
-            lane
-        })
+    fn get_or_make(&mut self, id: u32, make: impl FnOnce() -> Look) -> &Look {
+        let id = id as usize;
+        if id >= self.places.len() {
+            self.places.resize(id + 1, 0);
+        }
+        if self.places[id] == 0 {
+            self.made.push(make());
+            self.places[id] = self.made.len() as u32;
+        }
+        &self.made[self.places[id] as usize - 1]
     }
 }
 
@@ -62,7 +73,34 @@ pub(super) struct Step {
     pub wanted: u64,
 }
 
+/// A scratch that goes back to its picture. (Rayon's `map_init` makes its value anew each time that it divides the work,
+/// and a scratch holds a number for each surface of the scene.)
+pub(super) struct Borrowed<'a> {
+    scratch: TileScratch,
+    idle: &'a Mutex<Vec<TileScratch>>,
+}
+
+impl Borrowed<'_> {
+    pub(super) fn get(&mut self) -> &mut TileScratch {
+        &mut self.scratch
+    }
+}
+
+impl Drop for Borrowed<'_> {
+    fn drop(&mut self) {
+        if let Ok(mut idle) = self.idle.lock() {
+            idle.push(std::mem::take(&mut self.scratch));
+        }
+    }
+}
+
 impl Picture<'_> {
+    /// What a thread needs to draw tiles.
+    pub(super) fn scratch(&self) -> Borrowed<'_> {
+        let scratch = self.idle.lock().ok().and_then(|mut idle| idle.pop()).unwrap_or_default();
+        Borrowed { scratch, idle: &self.idle }
+    }
+
     /// Draws the samples of `steps` in one tile and adds them to `sums`: of the even and the odd samples of each pixel, in
     /// the order of the batches. Tells how many steps were done before `stop` said so; of the next nothing is left.
     pub(super) fn draw_tile(
@@ -77,17 +115,17 @@ impl Picture<'_> {
         let mut tally = Tally::default();
         let TileScratch { raster, groups, runs, next, looks, before } = scratch;
         let geometry = Geometry {
+            view: &self.view,
+            bins: &self.bins,
             positions: &self.positions,
-            images: &self.images,
-            triangles: &self.surfaces.triangles,
             cutout: &self.cutout,
             surface: &|t| self.patch(t).0,
             surfaces: self.surface_count,
+            clock: watch.clock(),
         };
         let block = sampling::block(self.streams);
-        let film = raster.prepare(&self.view, &geometry, &self.bins, self.cells.len(), block, tile);
+        let film = raster.prepare(&geometry, self.cells.len(), block, tile);
         looks.get_mut().clear();
-        looks.get_mut().resize_with(raster.surfaces().len(), || None);
         let rays = Rays {
             p: film.p.as_vec3(),
             dx: film.dx.as_vec3(),
@@ -114,17 +152,20 @@ impl Picture<'_> {
                 }
                 raster.draw(self.level, step.wanted, &geometry, &film, batch, &|visit, block, lanes| {
                     let mut looks = looks.borrow_mut();
-                    let Some(slot) = looks.get_mut(visit.id as usize) else { return lanes };
-                    let look = slot.get_or_insert_with(|| self.look(&film, visit.setup.triangle));
+                    let look = looks.get_or_make(visit.id, || self.look(&film, visit.triangle));
                     let (corner, key) = self.corner(tile, &pattern, batch, block);
-                    self.shader.met(self.level, look, visit.setup.triangle, (batch, corner), lanes, key)
+                    self.shader.met(self.level, look, visit.triangle, (batch, corner), lanes, key)
                 });
                 watch.lap(&mut tally.stages.coverage);
-                raster.group(self.level, batch, groups);
-                if !self.shared {
-                    split(groups, runs);
+                let setup = std::mem::take(&mut raster.seconds);
+                tally.stages.setup += setup;
+                tally.stages.coverage -= setup;
+                if self.shared {
+                    raster.group(self.level, batch, groups);
+                    sort_by_surface(groups, raster.surfaces().len(), runs, next);
+                } else {
+                    raster.singles(batch, next, runs);
                 }
-                sort_by_surface(groups, raster.surfaces().len(), runs, next);
                 watch.lap(&mut tally.stages.group);
                 tally.requests += runs.len() as u64;
                 let samples = Samples {
@@ -136,9 +177,9 @@ impl Picture<'_> {
                     falloff: falloff.as_ref().map(|falloff| falloff as &dyn Fn(Place, Vec3) -> f32),
                 };
                 for run in runs.chunk_by(|a, b| a.id == b.id) {
-                    let look = looks.get_mut().get_mut(run[0].id as usize).map(|look| {
-                        &**look.get_or_insert_with(|| self.look(&film, raster.surfaces()[run[0].id as usize]))
-                    });
+                    let triangle = raster.surfaces().get(run[0].id as usize);
+                    let looks = looks.get_mut();
+                    let look = triangle.map(|&t| looks.get_or_make(run[0].id, || self.look(&film, t)));
                     self.shader.shade(self.level, look, &samples, run, sums);
                 }
                 watch.lap(&mut tally.stages.shading);
@@ -165,27 +206,16 @@ impl Picture<'_> {
 
     /// The number of the surface that a triangle is part of, and the triangle that stands for it.
     fn patch(&self, triangle: u32) -> (u32, u32) {
-        if self.shared { self.surfaces.patches.of(triangle) } else { (triangle, triangle) }
+        if self.alike { self.surfaces.patches.of(triangle) } else { (triangle, triangle) }
     }
 
     /// The look of the surface that `triangle`, which may be seen in the tile, is part of.
-    fn look(&self, film: &TileFilm, triangle: u32) -> Box<Look> {
+    fn look(&self, film: &TileFilm, triangle: u32) -> Look {
         let corners = |t: u32| self.surfaces.triangles[t as usize].map(|i| self.positions[i as usize]);
         let (_, reference) = self.patch(triangle);
         let edges = film.scaled_edges(corners(reference));
-        Box::new(self.shader.look(reference, &edges, corners(reference), corners(triangle)))
+        self.shader.look(reference, &edges, corners(reference), corners(triangle))
     }
-}
-
-/// Makes each sample a group.
-fn split(groups: &mut Vec<Group>, spare: &mut Vec<Group>) {
-    spare.clear();
-    spare.extend(
-        groups
-            .iter()
-            .flat_map(|&group| Lanes(group.lanes).map(move |lane| Group { lanes: 1 << lane, ..group })),
-    );
-    std::mem::swap(groups, spare);
 }
 
 /// Sorts groups by what they see, nothing last, otherwise in order.

@@ -1,5 +1,6 @@
 //! What all tiles of a picture share: geometry in the lens frame, bins, the shader.
 
+use super::draw::TileScratch;
 use super::frame::{Falloff, LensFrame};
 use super::highlights::Highlights;
 use super::pattern::{Points, Splits};
@@ -7,7 +8,6 @@ use super::stages::{Stages, Stopwatch};
 use crate::plan::RenderPlan;
 use crate::raster::TILE;
 use crate::raster::bin::Bins;
-use crate::raster::setup::{Image, images};
 use crate::raster::view::{LensCell, View};
 use crate::sampling::{self, ApertureShape, runs};
 use crate::scene::{EffectName, Material, Scene, Surfaces};
@@ -15,6 +15,7 @@ use crate::shade::Shader;
 use fearless_simd::Level;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::sync::Mutex;
 
 // Tiles of the rasterizer are the squares that share lens points.
 const _: () = assert!(sampling::GRID == TILE);
@@ -34,11 +35,13 @@ pub(super) struct Picture<'a> {
     pub(super) points: Points,
     /// Brightening of the shown picture.
     pub(super) gain: f32,
+    /// Samples that see one surface are shaded together.
     pub(super) shared: bool,
+    /// Surfaces are patches, not triangles.
+    pub(super) alike: bool,
     pub(super) surface_count: usize,
     pub(super) view: View,
     pub(super) positions: Vec<DVec3>,
-    pub(super) images: Vec<Image>,
     pub(super) cutout: Vec<bool>,
     pub(super) shader: Shader<'a>,
     pub(super) cells: Vec<LensCell>,
@@ -50,6 +53,8 @@ pub(super) struct Picture<'a> {
     pub(super) centred: bool,
     pub(super) highlights: Highlights,
     pub(super) level: Level,
+    /// Scratches that no thread uses.
+    pub(super) idle: Mutex<Vec<TileScratch>>,
 }
 
 impl<'a> Picture<'a> {
@@ -69,7 +74,6 @@ impl<'a> Picture<'a> {
         if !active.has(EffectName::Defocus) {
             view.radius = 0.0;
         }
-        let images = images(&view, &positions);
         watch.lap(&mut stages.transform);
         let has_shape = active.has(EffectName::ApertureShape);
         let shape = if has_shape { scene.aperture_shape() } else { ApertureShape::Disk };
@@ -77,13 +81,14 @@ impl<'a> Picture<'a> {
             Sequence::Uniform(samples) => (samples, Splits::new(samples).lens_cells(&shape, view.radius)),
             Sequence::Runs => (runs::FIRST_RUN, Splits::run_cells(&shape, view.radius)),
         };
-        let bins = Bins::new(&view, &cells, &positions, &surfaces.triangles);
+        let bins = Bins::new(level, &view, &cells, &positions, &surfaces.triangles);
         watch.lap(&mut stages.bin);
         let cutout_materials: Vec<bool> = surfaces.materials.iter().map(Material::is_cutout).collect();
-        let cutout = surfaces.attributes.iter().map(|a| cutout_materials[a.material as usize]).collect();
+        let cutout = surfaces.attributes.par_iter().map(|a| cutout_materials[a.material as usize]).collect();
         let up = scene.up;
+        let alike = scene.render.share_shading;
         // Below 16 samples a pixel hardly any would share.
-        let shared = scene.render.share_shading && streams >= 16;
+        let shared = alike && streams >= 16;
         let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, up, |v| frame.vector(v));
         let falloff = active.has(EffectName::Falloff).then(|| Falloff::new(optics, &frame));
         let gain = libm::exp2(scene.render.exposure_ev) as f32;
@@ -93,14 +98,14 @@ impl<'a> Picture<'a> {
             points: Points { set: scene.render.points, shape, seed: scene.render.seed },
             gain,
             shared,
-            surface_count: if shared && !surfaces.patches.of.is_empty() {
+            alike,
+            surface_count: if alike && !surfaces.patches.of.is_empty() {
                 surfaces.patches.reference.len()
             } else {
                 surfaces.triangles.len()
             },
             view,
             positions,
-            images,
             cutout,
             shader,
             cells,
@@ -110,6 +115,7 @@ impl<'a> Picture<'a> {
             centred: !active.has(EffectName::Antialiasing),
             highlights,
             level,
+            idle: Mutex::default(),
         }
     }
 

@@ -54,4 +54,8 @@ impl<'a> Stopwatch<'a> {
             self.last = now;
         }
     }
+
+    pub(super) fn clock(&self) -> Option<&'a (dyn Fn() -> f64 + Sync)> {
+        self.clock
+    }
 }

@@ -1,6 +1,6 @@
 //! The same number of samples for every pixel: tile by tile, each drawn once and resolved at once.
 
-use super::draw::{Step, TileScratch};
+use super::draw::{Borrowed, Step};
 use super::pattern::Splits;
 use super::picture::Picture;
 use super::stages::Stopwatch;
@@ -29,11 +29,11 @@ impl Picture<'_> {
         let stop = || cancelled(execution);
         let step =
             Step { run: Run { first: 0, count: samples }, splits: Splits::new(samples), wanted: EVERYWHERE };
-        let draw = |scratch: &mut (TileScratch, Vec<_>), tile: usize, out, errors: Option<&mut [f32]>| {
-            let (scratch, sums) = scratch;
+        let draw = |(scratch, sums): &mut (Borrowed<'_>, Vec<_>), tile, out, errors: Option<&mut [f32]>| {
             sums.clear();
             let watch = Stopwatch::start(execution.clock);
-            let (mut tally, steps) = self.draw_tile(scratch, self.place(tile), &[step], sums, watch, &stop);
+            let (mut tally, steps) =
+                self.draw_tile(scratch.get(), self.place(tile), &[step], sums, watch, &stop);
             let mut watch = Stopwatch::start(execution.clock);
             let squared = match steps {
                 0 => 0.0,
@@ -51,15 +51,14 @@ impl Picture<'_> {
             }
             (tally, squared)
         };
+        let scratch = || (self.scratch(), Vec::new());
         let each = pixels.par_chunks_mut(area).enumerate();
         let tallies: Vec<_> = if execution.error_map {
             each.zip(errors.par_chunks_mut(area))
-                .map_init(Default::default, |scratch, ((tile, out), errors)| {
-                    draw(scratch, tile, out, Some(errors))
-                })
+                .map_init(scratch, |scratch, ((tile, out), errors)| draw(scratch, tile, out, Some(errors)))
                 .collect()
         } else {
-            each.map_init(Default::default, |scratch, (tile, out)| draw(scratch, tile, out, None)).collect()
+            each.map_init(scratch, |scratch, (tile, out)| draw(scratch, tile, out, None)).collect()
         };
         if stop() {
             return Err(super::stopped());

@@ -20,6 +20,7 @@ pub(crate) use samples::{LaneSums, Rays, Samples};
 
 use crate::scene::{NONE, Sky, Sun, Surfaces};
 use glam::{DVec2, DVec3, Vec3};
+use rayon::prelude::*;
 
 /// What shading needs of a scene, in the lens frame of one camera.
 pub(crate) struct Shader<'a> {
@@ -50,12 +51,12 @@ impl<'a> Shader<'a> {
         sun: Option<&Sun>,
         sky: &Sky,
         up: DVec3,
-        lens_from_world: impl Fn(DVec3) -> DVec3,
+        lens_from_world: impl Fn(DVec3) -> DVec3 + Sync,
     ) -> Self {
         let unit = |v: DVec3| crate::camera::unit(v).unwrap_or(DVec3::Z).as_vec3();
         Self {
             surfaces,
-            normals: surfaces.normals.iter().map(|&n| unit(lens_from_world(n.as_dvec3()))).collect(),
+            normals: surfaces.normals.par_iter().map(|&n| unit(lens_from_world(n.as_dvec3()))).collect(),
             sun: sun.map(|sun| (unit(lens_from_world(sun.toward)), sun.color.as_vec3())),
             ambient: sky.ambient.as_vec3(),
             horizon: sky.horizon.as_vec3(),
@@ -91,6 +92,9 @@ impl<'a> Shader<'a> {
         let across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let face = crate::camera::unit(across).unwrap_or(DVec3::Z).as_vec3();
         let range = texcoords.map_or([DVec2::ZERO; 2], |uv| {
+            if seen == corners {
+                return [uv[0].min(uv[1]).min(uv[2]), uv[0].max(uv[1]).max(uv[2])];
+            }
             let at = seen.map(|p| {
                 let weight = |i: usize| {
                     let (a, b) = (corners[(i + 1) % 3] - p, corners[(i + 2) % 3] - p);
