@@ -67,7 +67,9 @@ pub(super) fn base(blocks: &[Block], goal: Goal, fall: f64, most: u32, entries_p
         let error: f64 = all.iter().map(|block| block.error).sum();
         let spent = f64::from(base) * pixels;
         let more = |goal: Goal| {
-            let wanted = allocate_within(&all, 1, goal, fall, most, u32::MAX);
+            // Blocks from all over the picture are no neighbours.
+            let errors = all.iter().map(|block| block.error).collect();
+            let wanted = spread(&all, errors, goal, fall, most, u32::MAX);
             all.iter().zip(wanted).fold((0.0, 0.0), |sum, (block, wanted)| {
                 let ratio = f64::from(base) / f64::from(wanted);
                 (
@@ -103,21 +105,15 @@ pub(super) fn base(blocks: &[Block], goal: Goal, fall: f64, most: u32, entries_p
 
 /// The number of samples that each block, row by row in `columns`, is to have; `most` at most.
 pub(super) fn allocate(blocks: &[Block], columns: usize, goal: Goal, fall: f64, most: u32) -> Vec<u32> {
-    allocate_within(blocks, columns, goal, fall, most, MOST_GROWTH)
+    spread(blocks, smoothed(blocks, columns, fall), goal, fall, most, MOST_GROWTH)
 }
 
-fn allocate_within(
-    blocks: &[Block],
-    columns: usize,
-    goal: Goal,
-    fall: f64,
-    most: u32,
-    growth: u32,
-) -> Vec<u32> {
+/// As [`allocate`], by these `errors` of the blocks.
+fn spread(blocks: &[Block], errors: Vec<f64>, goal: Goal, fall: f64, most: u32, growth: u32) -> Vec<u32> {
     let levels: Vec<u32> = Run::between(0, most).map(Run::end).take_while(|&end| end <= most).collect();
     let powers: Vec<f64> = levels.iter().map(|&n| libm::pow(f64::from(n), -fall)).collect();
     let level = |samples: u32| levels.partition_point(|&n| n < samples).min(levels.len().saturating_sub(1));
-    let keys: Vec<f64> = smoothed(blocks, columns, fall)
+    let keys: Vec<f64> = errors
         .into_iter()
         .zip(blocks)
         .map(|(error, block)| {

@@ -3,9 +3,9 @@
 //! Two halves of the samples that both miss a light agree, and say that nothing is wrong: false convergence. But geometry
 //! knows where the light can be seen. A light of `a` square pixels and radiance `L`, blurred over `D`, is met by a share
 //! `q = a / D` of the samples of each pixel there, and adds `m = L q` to it. While `n` samples of a pixel are expected to
-//! meet it fewer than [`ENOUGH`] times, the error there is taken to be at least `m` (most pixels have not seen it, and the few
-//! that have are clamped to 1) or, once `n q > 1`, the noise `m / sqrt(n q)`. Where the samples of a whole block should have
-//! met it several times and have not, it is hidden.
+//! meet it fewer than [`ENOUGH`] times, the error there is taken to be at least what chance makes of it: a pixel meets the light
+//! `k` times, Poisson about `n q`, and shows `min(1, k L / n)` for `min(1, m)`. Where the samples of a whole block should have
+//! met it several times, `m` is at most what they saw: the rest is hidden.
 
 use super::resolve::{BLOCKS, ByBlock, Resolved};
 use crate::picture::BLOCK;
@@ -100,12 +100,12 @@ impl Highlights {
             if n == 0.0 || light.share * n >= ENOUGH || light.share < 1e-12 {
                 continue;
             }
-            let seen = resolved.light[block] / pixels;
-            if light.share * n * pixels >= SEVERAL && seen < 0.25 * light.mean {
-                continue;
+            let mut mean = light.mean;
+            if light.share * n * pixels >= SEVERAL {
+                // Met often enough about here to know how much of it is not hidden.
+                mean = mean.min(resolved.light[block] / pixels);
             }
-            let mean = light.mean.min(1.0);
-            let least = 3.0 * pixels * mean * mean / (n * light.share).max(1.0);
+            let least = 3.0 * pixels * expected_error(n * light.share, mean);
             if least > *error {
                 *error = least;
                 raised += 1;
@@ -113,6 +113,19 @@ impl Highlights {
         }
         raised
     }
+}
+
+/// The mean squared error of a pixel that meets a light `k` times, Poisson about `hits`, and shows `min(1, mean k / hits)`.
+fn expected_error(hits: f64, mean: f64) -> f64 {
+    let wanted = mean.min(1.0);
+    let most = (hits + 10.0 * hits.sqrt() + 10.0).min(200.0) as u32;
+    let (mut chance, mut sum) = (libm::exp(-hits), 0.0);
+    for k in 0..=most {
+        let gap = (mean * f64::from(k) / hits).min(1.0) - wanted;
+        sum += chance * gap * gap;
+        chance *= hits / f64::from(k + 1);
+    }
+    sum
 }
 
 /// The most light that comes from each material: its own, and what of sun and sky it gives back.
@@ -164,4 +177,19 @@ fn seen(
         && high.is_finite();
     let light = Light { share, mean: radiance * share };
     is_inside.then_some((light, [low, high]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chance_errs_as_its_limits_say() {
+        // Hardly ever met: all of it is missing. Met often and never clamped: the noise of counting.
+        assert!((expected_error(1e-4, 0.3) - 0.09).abs() < 1e-3);
+        let (hits, mean) = (16.0, 0.1);
+        assert!((expected_error(hits, mean) / (mean * mean / hits) - 1.0).abs() < 1e-3);
+        // So bright that one hit is white: wrong where there was none.
+        assert!((expected_error(3.0, 50.0) - libm::exp(-3.0)).abs() < 1e-9);
+    }
 }
