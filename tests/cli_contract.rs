@@ -83,6 +83,18 @@ fn optics_shape(samples: bool) -> Shape {
         ),
         ("hinge_distance", Of("n?")),
         ("pinhole_matrix", Of("n16")),
+        // Beyond the contract.
+        (
+            "sensitivity",
+            Table(vec![
+                ("far_end", Of("n3")),
+                ("front_tilt", Of("n")),
+                ("front_swing", Of("n")),
+                ("rear_tilt", Of("n")),
+                ("rear_swing", Of("n")),
+                ("extension", Of("n")),
+            ]),
+        ),
     ];
     if samples {
         let matrix = Table(vec![("u", Of("n")), ("v", Of("n")), ("matrix", Of("n16"))]);

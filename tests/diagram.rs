@@ -3,7 +3,7 @@
 #[path = "common/drawing.rs"]
 mod drawing;
 
-use drawing::{Lcg, Panel, Point, camera, cameras, check_labels, panels};
+use drawing::{Lcg, Panel, Point, camera, cameras, check_labels, check_rays, panels};
 use glam::DVec3;
 use groundglass::diagram::{Figure, Inset, Item, Section, SideView, TextAs};
 use groundglass::geometry::{Line, Plane};
@@ -113,38 +113,6 @@ fn check_against_optics(svg: &str, optics: &Optics, what: &str) {
         }
         check_rays(panel, optics, what);
         check_film(panel, optics, what);
-    }
-}
-
-/// A ray's piece before the lens points to the conjugate of its film point.
-fn check_rays(panel: &Panel, optics: &Optics, what: &str) {
-    let pose = optics.world_from_lens();
-    for ray in panel.all("ray") {
-        let [[film, lens], [again, end]] = ray.segments[..] else { panic!("{what}: a ray has two pieces") };
-        assert_eq!(lens, again);
-        let x = pose.vector_inverse(panel.world_from_page(film));
-        let s = pose.vector_inverse(panel.world_from_page(lens));
-        // Page coordinates are rounded to 0.0005 mm: as lengths of the section.
-        let fuzz = 0.001 / panel.scale();
-        assert!(
-            (optics.film_normal().dot(x) + optics.film_plane().e).abs() < fuzz,
-            "{what}: begins on the film"
-        );
-        assert!(optics.axis().dot(s).abs() < fuzz, "{what}: bends in the lens plane");
-        let q = optics.object_of(groundglass::geometry::HomogeneousPoint::finite(x));
-        let mut direction = pose.vector(s * q.w - q.xyz);
-        if direction.dot(pose.vector(optics.axis())) < 0.0 {
-            direction = -direction;
-        }
-        let to = [panel.right.dot(direction), -panel.up.dot(direction)];
-        let length = libm::hypot(to[0], to[1]);
-        let along = [end[0] - lens[0], end[1] - lens[1]];
-        let reach = libm::hypot(along[0], along[1]);
-        let off = (to[0] * along[1] - to[1] * along[0]) / length;
-        // The film point's rounding is magnified as the picture is.
-        let magnified = 0.02 + 0.002 * reach / libm::hypot(film[0] - lens[0], film[1] - lens[1]);
-        assert!(off.abs() < magnified, "{what}: a ray misses its image point by {off} mm");
-        assert!(to[0] * along[0] + to[1] * along[1] > 0.0);
     }
 }
 

@@ -1,19 +1,21 @@
 //! The laws hold in the drawings: every kind that shows a camera is drawn for the cameras of a textbook and for random ones,
 //! and its planes, lines, rays and circles are where the optics say, to 0.02 mm; no word touches another.
 
+#[path = "common/book.rs"]
+mod book;
 #[path = "common/drawing.rs"]
 mod drawing;
 
-use drawing::{Lcg, Panel, Part, Point, cameras, check_labels, panels};
+use book::book;
+use drawing::{Corners, Lcg, Panel, Part, Point, apart, camera, cameras, check_labels, check_ray, panels};
 use glam::DVec3;
 use groundglass::camera::{Aperture, Camera, Standard};
 use groundglass::diagram::{Changes, Figure, FigureFile, Item};
-use groundglass::geometry::{Line, Plane};
-use groundglass::optics::Optics;
+use groundglass::geometry::{HomogeneousPoint, Line, Plane, Pose};
+use groundglass::optics::{Adjust, FocusTarget, Optics, solve};
 use groundglass::quantity::{Angle, FNumber, Length};
 use groundglass::scene::{Document, Files};
 use std::fs;
-use std::path::Path;
 
 const KINDS: [&str; 11] = [
     "scheimpflug",
@@ -146,6 +148,7 @@ fn check_panel(panel: &Panel, camera: &Camera, circle: f64, what: &str) {
                 }
             }
             match name.as_str() {
+                "ray" => check_ray(panel, &optics, part, &what),
                 "hinge-line" => check_line(panel, &optics, part, optics.hinge_line(), &what),
                 "blur-contour" => check_contour(panel, &optics, part, &what),
                 "scheimpflug-line" => check_line(panel, &optics, part, optics.scheimpflug_line(), &what),
@@ -155,13 +158,62 @@ fn check_panel(panel: &Panel, camera: &Camera, circle: f64, what: &str) {
     }
 }
 
+/// The camera whose film is turned until the plane is sharp that is so with the lens turned.
+fn turned_film(camera: &Camera) -> Camera {
+    let own = Optics::new(camera).unwrap();
+    let plane = own.world_from_lens().plane(own.focus_plane()).normalized();
+    let level = |s: Standard| Standard { tilt: Angle::ZERO, swing: Angle::ZERO, ..s };
+    let start = Camera { front: level(camera.front), rear: level(camera.rear), ..*camera };
+    let target = FocusTarget::Plane { point: plane.m * -plane.e, normal: plane.m };
+    solve(&start, &target, Adjust::Rear).unwrap()
+}
+
+/// Whether the line through two page points passes a third, to 0.02 mm, and the rounding of the two carried on.
+fn passes([a, b]: [Point; 2], p: Point) -> bool {
+    let long = libm::hypot(b[0] - a[0], b[1] - a[1]);
+    let off = ((b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])) / long;
+    off.abs() < 0.02 + 0.001 * libm::hypot(p[0] - a[0], p[1] - a[1]) / long
+}
+
+/// Rays that show how pictures add up: from the middle of the film, through the lens plane and the film point's one image.
+fn check_seen_rays(panel: &Panel, optics: &Optics, what: &str) {
+    let pose = optics.world_from_lens();
+    let film = optics.film_center();
+    let [film, sharp] = [film, optics.object_of(HomogeneousPoint::finite(film)).to_affine()]
+        .map(|p| panel.page_from_world(pose.point(p)));
+    for ray in panel.all("seen-ray") {
+        let [[a, b], [c, d]] = ray.segments[..] else { panic!("{what}: a ray has two pieces") };
+        assert!(b == c && libm::hypot(a[0] - film[0], a[1] - film[1]) < 0.02, "{what}");
+        assert!(off(panel, optics, optics.lens_plane(), b).abs() < 0.02, "{what}: bends in the lens plane");
+        assert!(passes([c, d], sharp), "{what}: a ray misses the sharp point");
+    }
+}
+
+/// The cones at the film: their tips are the images of the middle ray's points on the limits, and their rays run to them.
+fn check_limit_rays(panel: &Panel, optics: &Optics, circle: f64, what: &str) {
+    let depth = optics.depth_of_field(circle).unwrap();
+    let tips: Vec<Point> = [depth.near, depth.far]
+        .map(|plane| optics.image_of(plane.meet_ray(DVec3::ZERO, -optics.film_center())))
+        .into_iter()
+        .filter(|image| image.w != 0.0)
+        .map(|image| panel.page_from_world(optics.world_from_lens().point(image.to_affine())))
+        .collect();
+    for (center, _) in panel.all("limit-image").iter().flat_map(|part| &part.circles) {
+        let near = |tip: &Point| libm::hypot(center[0] - tip[0], center[1] - tip[1]) < 0.02;
+        assert!(tips.iter().any(near), "{what}: {center:?} is no image of a limit");
+    }
+    for piece in panel.all("limit-ray").iter().flat_map(|part| &part.segments) {
+        assert!(tips.iter().any(|tip| passes(*piece, *tip)), "{what}: a ray misses its image point");
+    }
+}
+
 /// The boxes of all words: within the page, and apart.
 fn check_words(figure: &Figure, what: &str) {
-    fn words(items: &[Item], found: &mut Vec<(String, [f64; 4])>) {
+    fn words(items: &[Item], found: &mut Vec<(String, Corners)>) {
         for item in items {
             match item {
                 Item::Group(group) => words(&group.items, found),
-                Item::Text(text) => found.push((text.plain(), text.bounds)),
+                Item::Text(text) => found.push((text.plain(), text.corners())),
                 Item::Shape(_) | Item::Raster(_) => {}
             }
         }
@@ -169,12 +221,13 @@ fn check_words(figure: &Figure, what: &str) {
     let (list, mut found) = (figure.display_list(), Vec::new());
     words(&list.items, &mut found);
     for (i, (said, b)) in found.iter().enumerate() {
-        let inside = b[0] >= 0.0 && b[1] >= 0.0 && b[2] <= list.page[0] && b[3] <= list.page[1] + 0.3;
+        let on_page =
+            |p: &Point| p[0] >= 0.0 && p[1] >= 0.0 && p[0] <= list.page[0] && p[1] <= list.page[1] + 0.3;
+        let inside = b.iter().all(on_page);
         assert!(inside, "{what}: `{said}` leaves the page at {b:?}");
         for (other, o) in &found[..i] {
             // Lines of one block stand as close as type is set.
-            let apart = b[2] <= o[0] || o[2] <= b[0] || b[3] <= o[1] + 0.02 || o[3] <= b[1] + 0.02;
-            assert!(apart, "{what}: `{said}` touches `{other}`");
+            assert!(apart(b, o, 0.02), "{what}: `{said}` touches `{other}`");
         }
     }
 }
@@ -210,6 +263,7 @@ fn check(kind: &str, camera: &Camera, what: &str) {
         match panel.name.as_str() {
             // The same plane of the world, made sharp by another camera that stands in the same place.
             "film-tilt" => {
+                check_panel(panel, &turned_film(camera), circle, what);
                 for p in panel.all("focus-plane").iter().flat_map(|part| part.segments.iter().flatten()) {
                     let off = off(panel, &own, own.focus_plane(), *p);
                     assert!(off.abs() < 0.02, "{what}: the film's focus plane is {off} mm off");
@@ -223,8 +277,12 @@ fn check(kind: &str, camera: &Camera, what: &str) {
                         assert!((long - wanted).abs() < 0.02, "{what}: c is {long} and not {wanted} mm long");
                     }
                 }
+                check_limit_rays(panel, &own, circle, what);
             }
-            _ => check_panel(panel, camera, circle, what),
+            _ => {
+                check_panel(panel, camera, circle, what);
+                check_seen_rays(panel, &own, what);
+            }
         }
     }
 }
@@ -250,16 +308,11 @@ fn laws_hold_for_random_cameras() {
 
 #[test]
 fn the_book_is_legible_at_every_width() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("diagrams");
-    for entry in fs::read_dir(&folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.extension().is_none_or(|ending| ending != "toml") {
-            continue;
-        }
+    for path in book() {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         let document = Document::from_bytes(&fs::read(&path).unwrap(), &name).unwrap();
         let file = FigureFile::from_document(document).unwrap();
-        let folder = fs::canonicalize(&folder).unwrap();
+        let folder = fs::canonicalize(path.parent().unwrap()).unwrap();
         for width_mm in [None, Some(84.0), Some(122.0), Some(183.0)] {
             let changes = Changes { width_mm, ..Changes::default() };
             let what = format!("{name} at {width_mm:?}");
@@ -267,6 +320,7 @@ fn the_book_is_legible_at_every_width() {
                 file.draw(&Files::new(), &folder, changes).unwrap_or_else(|error| panic!("{what}: {error}"));
             check_labels(&figure, &what);
             check_words(&figure, &what);
+            assert!(figure.words_without_room().is_empty(), "{what}: {:?}", figure.words_without_room());
         }
     }
 }
@@ -296,4 +350,66 @@ fn movements_move_as_their_signs_say() {
         };
         check_panel(panel, &camera, 1e-4, &panel.name);
     }
+}
+
+/// A level camera of 150 mm at the world's origin, before a plane that cannot be had.
+fn impossible(point: [f64; 3], normal: [f64; 3], rear: &str) -> String {
+    format!(
+        "kind = \"solve\"\nimpossible = {{ point_m = {point:?}, normal = {normal:?} }}\n[camera]\neye_m = [0, 0, 0]\n\
+         look_at_m = [0, 0, -1]\nfocal_length_mm = 150\nf_number = 8\nfilm = \"4x5\"\nextension_mm = 160\n{rear}"
+    )
+}
+
+#[test]
+fn what_stops_a_solver_is_drawn() {
+    let camera = camera(150.0, 8.0, [0.0, 0.0], [0.0, 0.0], 160.0, "4x5");
+    let camera = Camera { rail: Pose { origin: DVec3::ZERO, ..camera.rail }, ..camera };
+    let before = Optics::new(&camera).unwrap();
+    // The hinge line nearer than f; oblique; the plane nearer than f; through the lens; the lens backwards; no film behind.
+    let cases: [(&str, [f64; 3], [f64; 3], &str, &[&str]); 6] = [
+        ("hinge", [0.0, -0.1, 0.0], [0.0, 1.0, 0.1], "", &["limit-circle", "impossible-hinge"]),
+        ("oblique", [0.0, -0.1, 0.0], [0.4, 1.0, 0.1], "", &["limit-circle", "impossible-hinge"]),
+        ("near", [0.0, 0.0, -0.12], [0.0, 0.2, 1.0], "", &["limit-circle", "plane-distance"]),
+        ("through", [0.0, 0.0, 0.0], [0.0, 1.0, 0.3], "", &["impossible-point"]),
+        (
+            "backwards",
+            [0.0, -0.1501, 0.0],
+            [0.0, 1.0, -0.01],
+            "[camera.rear]\ntilt_deg = 12",
+            &["limit-plane"],
+        ),
+        (
+            "film",
+            [0.0, 0.0, -3.0],
+            [0.0, 0.0, 1.0],
+            "[camera.rear]\ntilt_deg = 80\nrise_mm = 4000",
+            &["limit-plane"],
+        ),
+    ];
+    for (what, point, normal, rear, parts) in cases {
+        let text = impossible(point, normal, rear);
+        let figure = draw(&text, Changes::default()).unwrap_or_else(|error| panic!("{what}: {error}"));
+        check_labels(&figure, what);
+        check_words(&figure, what);
+        let panels = panels(&figure.to_svg().unwrap());
+        let panel = panels.iter().find(|panel| panel.name == "stopped").unwrap();
+        for part in parts {
+            assert!(panel.parts.contains_key(*part), "{what}: no {part}, only {:?}", panel.parts.keys());
+        }
+        let unit = DVec3::from_array(normal) / DVec3::from_array(normal).length();
+        let plane = Plane { m: unit, e: -unit.dot(DVec3::from_array(point)) };
+        for p in panel.all("wanted-plane").iter().flat_map(|part| part.segments.iter().flatten()) {
+            let off = off(panel, &before, plane, *p);
+            assert!(off.abs() < 0.02, "{what}: the wanted plane is {off} mm off");
+        }
+        for (_, radius) in panel.all("limit-circle").iter().flat_map(|part| &part.circles) {
+            assert!((radius - 0.15 * panel.scale()).abs() < 0.002, "{what}");
+        }
+        for [p, q] in panel.all("plane-distance").iter().flat_map(|part| &part.segments) {
+            let long = libm::hypot(p[0] - q[0], p[1] - q[1]);
+            assert!((long - plane.e.abs() * panel.scale()).abs() < 0.02, "{what}: {long}");
+        }
+    }
+    let none = draw(&impossible([0.0; 3], [0.0; 3], ""), Changes::default()).unwrap_err().to_string();
+    assert!(none.contains("figure.toml:2:") && none.contains("normal is zero"), "{none}");
 }

@@ -1,25 +1,17 @@
 //! Figure files: the book in `diagrams/` is what is drawn now, wrong files are told so with line and remedy, and the
 //! program lists, writes, draws and checks them.
 
+#[path = "common/book.rs"]
+mod book;
 #[path = "common/program.rs"]
 mod program;
 
-use groundglass::diagram::{FigureFile, KINDS};
+use book::book;
+use groundglass::diagram::{FigureFile, Item, KINDS, TextAs};
 use groundglass::scene::Document;
 use program::{folder, names, run};
 use std::fs;
-use std::path::{Path, PathBuf};
-
-fn book() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("diagrams");
-    let mut files: Vec<PathBuf> = fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|ending| ending == "toml"))
-        .collect();
-    files.sort();
-    files
-}
+use std::path::Path;
 
 #[test]
 fn the_book_is_what_is_drawn_now_and_has_every_kind() {
@@ -36,9 +28,42 @@ fn the_book_is_what_is_drawn_now_and_has_every_kind() {
             "diagrams/{name} has another SVG: run `groundglass diagram diagrams/{name}`, and look"
         );
         assert!(!svg.contains("\n\n") && svg.contains("role=\"img\""), "{name}");
+        assert!(!svg.contains("transform") && svg.len() < 60_000, "{name}: {} bytes", svg.len());
     }
     for kind in KINDS {
         assert!(kinds.contains(&kind.name), "the book has no {}", kind.name);
+    }
+}
+
+#[test]
+fn words_that_stay_text_are_all_there_and_turn_outside_of_the_panels() {
+    fn words(items: &[Item], found: &mut Vec<String>) {
+        for item in items {
+            match item {
+                Item::Group(group) => words(&group.items, found),
+                Item::Text(text) => found.push(text.plain()),
+                Item::Shape(_) | Item::Raster(_) => {}
+            }
+        }
+    }
+    for file in book() {
+        let name = file.file_name().unwrap().to_string_lossy();
+        let figure = FigureFile::draw_path(&file).unwrap();
+        let svg = figure.to_svg_with(TextAs::Text).unwrap();
+        assert!(svg.len() < 60_000, "{name}: {} bytes", svg.len());
+        let tree = roxmltree::Document::parse(&svg).unwrap();
+        let (mut drawn, mut wanted) = (Vec::new(), Vec::new());
+        for node in tree.descendants().filter(|node| node.has_tag_name("text")) {
+            let line: String = node.descendants().filter_map(|n| n.text().filter(|_| n.is_text())).collect();
+            drawn.push(line);
+        }
+        words(&figure.display_list().items, &mut wanted);
+        drawn.sort();
+        wanted.sort();
+        assert_eq!(drawn, wanted, "{name}");
+        for node in tree.descendants().filter(|node| node.has_attribute("transform")) {
+            assert!(node.ancestors().all(|n| !n.has_attribute("data-panel")), "{name}");
+        }
     }
 }
 
@@ -88,6 +113,14 @@ fn the_program_lists_writes_draws_and_checks_figures() {
     run(&["diagram", "--check", "side-view.toml"]).expect(1, &[]);
     assert_eq!(run(&["diagram", "side-view.toml"]).code, 0);
     assert_eq!(run(&["diagram", "--check", "side-view.toml"]).code, 0);
+    // Without a name, all figures beside; other TOML is none of them.
+    fs::write(folder.join("other.toml"), "a = 1\n").unwrap();
+    assert_eq!(run(&["diagram", "--check"]).code, 0);
+    fs::create_dir(folder.join("diagrams")).unwrap();
+    run(&["diagram", "--check"]).expect(64, &["no figures", "--new"]);
+    fs::rename(folder.join("side-view.toml"), folder.join("diagrams/a.toml")).unwrap();
+    run(&["diagram", "--check"]).expect(1, &[]);
+    fs::rename(folder.join("diagrams/a.toml"), folder.join("side-view.toml")).unwrap();
     let svg = fs::read_to_string(folder.join("side-view.svg")).unwrap();
     fs::write(folder.join("side-view.svg"), svg.replace("Lens", "Film")).unwrap();
     let stale = run(&["diagram", "--check", "side-view.toml"]);
@@ -129,6 +162,18 @@ fn what_falls_off_the_page_is_said() {
     assert_eq!(run(&folder, &["diagram", "far.toml", "--text", "text"]).err, "");
     let svg = fs::read_to_string(folder.join("far.svg")).unwrap();
     assert!(svg.contains("data-part=\"arrow\"") && svg.contains("859 m below"), "{svg}");
+    // Words for which a narrow page has no room, and their group.
+    let accumulation = book().into_iter().find(|file| file.ends_with("accumulation.toml")).unwrap();
+    fs::copy(accumulation, folder.join("narrow.toml")).unwrap();
+    run(&folder, &["diagram", "narrow.toml", "--width-mm", "60"])
+        .expect(0, &["narrow.toml: there is no room for the words \"", "give a wider page"]);
+    let svg = fs::read_to_string(folder.join("narrow.svg")).unwrap();
+    assert!(svg.contains("data-off-page=\"no-room\"") && svg.contains("data-words=\""), "{svg}");
+    // A camera that can hardly be built is said to be one, as of a scene.
+    let wide = "kind = \"side-view\"\n[camera]\neye_m = [0, 0, 0]\nlook_at_m = [0, 0, -1]\nfocal_length_mm = 30\n\
+                f_number = 8\nfilm = \"4x5\"\nextension_mm = 31\n";
+    fs::write(folder.join("wide.toml"), wide).unwrap();
+    run(&folder, &["diagram", "wide.toml"]).expect(0, &["warning: wide.toml: the film's corners lie"]);
     // Nothing of the kind is said of the book.
     for file in book() {
         assert_eq!(FigureFile::draw_path(&file).unwrap().warnings(), [], "{}", file.display());
@@ -142,17 +187,14 @@ fn the_gallery_shows_the_book() {
     for sub in ["docs", "diagrams"] {
         fs::create_dir(folder.join(sub)).unwrap();
     }
-    let mut words = vec!["diagram".to_owned(), "--gallery".to_owned(), "docs/gallery.md".to_owned()];
     for file in book() {
         let name = format!("diagrams/{}", file.file_name().unwrap().to_string_lossy());
         fs::copy(&file, folder.join(&name)).unwrap();
-        words.push(name);
     }
-    let words: Vec<&str> = words.iter().map(String::as_str).collect();
-    assert_eq!(run(&folder, &words).code, 0);
+    assert_eq!(run(&folder, &["diagram", "--gallery", "docs/gallery.md"]).code, 0);
     let made = fs::read_to_string(folder.join("docs/gallery.md")).unwrap();
     let found = fs::read_to_string(root.join("docs/gallery.md")).unwrap_or_default();
-    let remedy = "run `groundglass diagram --gallery docs/gallery.md diagrams/*.toml`";
+    let remedy = "run `groundglass diagram --gallery docs/gallery.md`";
     assert!(made == found, "docs/gallery.md is stale: {remedy}");
     for kind in KINDS {
         assert!(made.contains(&format!("`{}`: {}", kind.name, kind.line)), "{}", kind.name);

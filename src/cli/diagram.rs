@@ -5,15 +5,16 @@ use super::input::{self, Opened, RootArguments};
 use super::{new, optics_words, output, report};
 use clap::ValueEnum;
 use groundglass::diagram::{self, Changes, Figure, FigureFile, KINDS, Kind, TextAs, Theme};
-use groundglass::error::{Error, ErrorKind, Result};
+use groundglass::error::{Error, ErrorKind, Result, Warning};
 use groundglass::scene::Scene;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Figure files, or one scene file (TOML); a figure without -o is drawn beside its file, as SVG
-    #[arg(value_name = "FILE", required_unless_present_any = ["list", "new"])]
+    /// Figure files, or one scene file (TOML); a figure without -o is drawn beside its file, as SVG. With --check or --gallery
+    /// and none given: all figures in the folder `diagrams`, or in this one where there is none of that name
+    #[arg(value_name = "FILE", required_unless_present_any = ["list", "new", "check", "gallery"])]
     pub(super) files: Vec<PathBuf>,
     #[command(flatten)]
     pub(super) root: RootArguments,
@@ -118,6 +119,9 @@ fn pixels(text: &str) -> Result<f64, String> {
 /// Pixels for each millimetre of the page in a PNG: 203 dots an inch, a page of 160 mm 1280 pixels wide.
 const PIXELS_PER_MM: f64 = 8.0;
 
+/// The folder that holds a book of figures.
+const BOOK: &str = "diagrams";
+
 /// How files are written.
 #[derive(Clone, Copy)]
 struct Writing {
@@ -174,12 +178,42 @@ fn starter(kind: &str, outputs: &[PathBuf]) -> Result<()> {
     output::write_text(&target, &[], kind.starter)
 }
 
+/// The files given, or all figures of the book beside.
+fn book(arguments: &Arguments) -> Result<Vec<PathBuf>> {
+    if !arguments.files.is_empty() {
+        return Ok(arguments.files.clone());
+    }
+    let folder = Path::new(BOOK);
+    let folder = if folder.is_dir() { folder } else { Path::new(".") };
+    let wrong = |error: std::io::Error| {
+        Error::new(ErrorKind::Io, format!("the folder cannot be read: {error}"))
+            .in_file(folder.display().to_string())
+    };
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(wrong)? {
+        let path = entry.map_err(wrong)?.path();
+        let path = path.strip_prefix(".").map(Path::to_path_buf).unwrap_or(path);
+        // Scenes and what else is in TOML may stand beside.
+        let is_toml = path.extension().is_some_and(|ending| ending == "toml");
+        if is_toml && FigureFile::is_figure(&input::open(&path, arguments.root.root.as_deref())?.document)? {
+            files.push(path);
+        }
+    }
+    files.sort();
+    if files.is_empty() {
+        return Err(Error::new(ErrorKind::Usage, "there are no figures here")
+            .in_file(folder.display().to_string())
+            .remedy("name the files, or begin one with --new KIND"));
+    }
+    Ok(files)
+}
+
 /// Writes a page in Markdown: of each kind, in the book's order, its figures and their sources.
 fn gallery(page: &Path, arguments: &Arguments) -> Result<()> {
     let folder = new::folder_of(page)?;
     let mut entries = Vec::new();
     let mut read = Vec::new();
-    for file in &arguments.files {
+    for file in &book(arguments)? {
         let opened = input::open(file, arguments.root.root.as_deref())?;
         let figure = FigureFile::from_document(opened.document.clone())?;
         let order = KINDS.iter().position(|kind| kind.name == figure.kind().name).unwrap_or(0);
@@ -190,8 +224,7 @@ fn gallery(page: &Path, arguments: &Arguments) -> Result<()> {
     entries.sort_by(|a, b| (a.0, &a.1).cmp(&(b.0, &b.1)));
     let mut text = String::from(
         "# The book of figures\n\n\
-         Made by `groundglass diagram --gallery docs/gallery.md diagrams/*.toml`: each figure with its whole source. A new one \
-         begins with\n`groundglass diagram --new KIND`; `groundglass schema --figures` lists every key.\n",
+         Made by `groundglass diagram --gallery docs/gallery.md`: each figure with its whole source. A new one begins with\n`groundglass diagram --new KIND`; `groundglass schema --figures` lists every key.\n",
     );
     for (_, path, kind, source) in entries {
         let stem = path.strip_suffix(".toml").unwrap_or(&path);
@@ -265,13 +298,19 @@ fn camera_of(opened: Opened, arguments: &Arguments) -> Result<Drawn> {
     report::warnings(&scene.warnings);
     report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
     let figure = changed(&scene, changes(arguments))?;
+    let warn = |words: &&str| Warning {
+        file: input.name(),
+        line: None,
+        message: format!("there is no room for the words \"{words}\": give a wider page"),
+    };
+    report::warnings(&figure.words_without_room().iter().map(warn).collect::<Vec<_>>());
     Ok((figure, input.read_paths()))
 }
 
 /// Names the figure files whose SVG is not what would be drawn now; whether there is none.
 fn check(arguments: &Arguments) -> Result<bool> {
     let mut stale = String::new();
-    for file in &arguments.files {
+    for file in &book(arguments)? {
         let opened = input::open(file, arguments.root.root.as_deref())?;
         let (figure, _) = figure_of(&opened, changes(arguments))?;
         let svg = file.with_extension("svg");

@@ -182,51 +182,15 @@ fn sensitivity(optics: &Optics) -> String {
     )
 }
 
-/// The largest angle from the lens axis to a film corner, radians, and the diameter of the image circle.
-pub(crate) fn coverage(optics: &Optics) -> (f64, f64) {
-    let film = optics.camera().film;
-    let (w, h) = (0.5 * film.width.as_metres(), 0.5 * film.height.as_metres());
-    let mut angle: f64 = 0.0;
-    let mut reach: f64 = 0.0;
-    // Where the lens axis meets the film.
-    let foot = optics.film_plane().meet_ray(DVec3::ZERO, optics.axis()).to_affine();
-    for (x, y) in [(w, h), (w, -h), (-w, h), (-w, -h)] {
-        let corner = optics.film_point(x, y);
-        let back = -optics.axis();
-        angle = angle.max(libm::atan2(back.cross(corner).length(), back.dot(corner)));
-        reach = reach.max((corner - foot).length());
-    }
-    (angle, 2.0 * reach)
-}
-
 fn image_circle(optics: &Optics) -> String {
-    let (angle, diameter) = coverage(optics);
+    let (angle, diameter) = optics.coverage();
     format!("the film needs {} about the lens axis ({} of coverage)", length(diameter), degrees(2.0 * angle))
 }
-
-/// A lens that covers more than this from side to side is rare.
-const WIDE_DEGREES: f64 = 105.0;
 
 /// What a photographer should know before using this camera.
 pub(crate) fn warnings(optics: &Optics, file: &str) -> Vec<Warning> {
     let warn = |message: String| Warning { file: file.to_owned(), line: None, message };
-    let mut list = Vec::new();
-    if optics.film_reaches_aperture() {
-        list.push(warn("the film plane reaches the aperture: such a scene cannot be rendered".into()));
-    }
-    let (angle, _) = coverage(optics);
-    if 2.0 * angle.to_degrees() > WIDE_DEGREES {
-        list.push(warn(format!(
-            "the film's corners lie {} from the lens axis: hardly any lens has such an image circle",
-            degrees(angle)
-        )));
-    }
-    // The focus plane crosses the axis behind the lens, or nowhere: what lies before the lens is out of focus.
-    let cut = optics.focus_plane().meet_ray(DVec3::ZERO, optics.axis());
-    if cut.xyz.dot(optics.axis()) * cut.w < 0.0 {
-        list.push(warn("the focus plane crosses the lens axis behind the lens".into()));
-    }
-    list
+    optics.cautions().into_iter().map(warn).collect()
 }
 
 /// What a photographer should know before drawing this scene with its camera.

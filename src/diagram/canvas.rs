@@ -4,6 +4,8 @@ use super::display_list::{Color, Fill, Group, Item, PanelFrame, Point, Shape, St
 use super::lettering;
 use super::panel::Panel;
 use super::place::{self, Obstacle, Request, Weight};
+use super::room::Room;
+use super::sheet;
 use super::theme::{self, Theme};
 use crate::error::Result;
 
@@ -18,13 +20,23 @@ pub(crate) struct Label {
     pub(crate) anchors: Vec<Point>,
     pub(crate) toward: Point,
     pub(crate) area: Option<Vec<Point>>,
+    /// The trace that it names, and where along it it stands best.
+    pub(crate) line: Option<(Point, Point, f64)>,
     /// Left out where every place costs more; see [`place`].
     pub(crate) worth: f64,
 }
 
 impl Label {
     pub(crate) fn new(words: impl Into<String>, color: Color, anchors: Vec<Point>) -> Self {
-        Self { words: words.into(), color, anchors, toward: [0.0; 2], area: None, worth: f64::INFINITY }
+        Self {
+            words: words.into(),
+            color,
+            anchors,
+            toward: [0.0; 2],
+            area: None,
+            line: None,
+            worth: f64::INFINITY,
+        }
     }
 
     pub(crate) fn toward(self, toward: Point) -> Self {
@@ -37,6 +49,11 @@ impl Label {
 
     pub(crate) fn adjacent(self) -> Self {
         Self { worth: place::ADJACENT, ..self }
+    }
+
+    /// Words along the trace of a plane, best at a share of the way from `a` to `b`; elsewhere only where it has no room.
+    pub(crate) fn beside(self, (a, b): (Point, Point), share: f64) -> Self {
+        Self { line: Some((a, b, share)), ..self }
     }
 
     pub(crate) fn within(self, area: Vec<Point>) -> Self {
@@ -113,6 +130,8 @@ impl<'a> Canvas<'a> {
     /// # Errors
     /// When a label has a character without a glyph.
     pub(crate) fn finish(mut self, frame: PanelFrame) -> Result<Group> {
+        // What is named in a point has the least freedom.
+        self.labels.sort_by_key(|label| label.line.is_some());
         let mut requests = Vec::new();
         for label in &self.labels {
             let sizes = label.variants().iter().map(|words| size(words)).collect::<Result<Vec<_>>>()?;
@@ -121,6 +140,7 @@ impl<'a> Canvas<'a> {
                 anchors: label.anchors.clone(),
                 toward: label.toward,
                 area: label.area.clone(),
+                line: label.line,
                 worth: label.worth,
             });
         }
@@ -129,16 +149,21 @@ impl<'a> Canvas<'a> {
         let mut leaders = Vec::new();
         let mut groups = Vec::new();
         for (label, place) in self.labels.iter().zip(placed) {
-            let Some(place) = place else { continue };
+            let Some(place) = place else {
+                if label.worth.is_infinite() {
+                    groups.push(Item::Group(without_room(&label.words)));
+                }
+                continue;
+            };
             if let Some((a, b)) = place.leader {
                 leaders.push(Shape::line(a, b, theme::solid(label.color, theme::HAIR)));
             }
             let mut items = Vec::new();
             if place.plate {
-                items.push(Item::Shape(plate(place.bounds, self.theme.paper)));
+                items.push(Item::Shape(plate(&place.room, self.theme.paper)));
             }
             items.extend(
-                lines(&label.variants().swap_remove(place.variant), place.bounds, label.color)?
+                lines(&label.variants().swap_remove(place.variant), &place.room, label.color)?
                     .into_iter()
                     .map(Item::Text),
             );
@@ -159,6 +184,12 @@ impl<'a> Canvas<'a> {
     }
 }
 
+/// The empty group of words for which a panel has no room.
+pub(crate) fn without_room(words: &str) -> Group {
+    let plain = sheet::plain(&words.replace(['|', '\n'], " "));
+    Group { data: vec![("data-words", plain)], ..Group::off_page("label", "no-room") }
+}
+
 /// Width and height of the box that some lines of text take.
 pub(crate) fn size(words: &str) -> Result<[f64; 2]> {
     let mut width: f64 = 0.0;
@@ -171,20 +202,22 @@ pub(crate) fn size(words: &str) -> Result<[f64; 2]> {
     Ok([width, em * theme::LETTER])
 }
 
-fn lines(words: &str, bounds: [f64; 4], color: Color) -> Result<Vec<Text>> {
+/// The lines of words that fill a room.
+///
+/// # Errors
+/// When a glyph is missing.
+pub(crate) fn lines(words: &str, room: &Room, color: Color) -> Result<Vec<Text>> {
     let mut texts = Vec::new();
-    let mut base = bounds[1] + lettering::ASCENT * theme::LETTER;
+    let mut base = lettering::ASCENT * theme::LETTER - room.half[1];
     for line in words.split('\n') {
-        texts.push(lettering::text(line, [bounds[0], base], theme::LETTER, color)?);
+        let text = lettering::text(line, room.page([-room.half[0], base]), theme::LETTER, color)?;
+        texts.push(Text { along: room.along, ..text });
         base += LINE * theme::LETTER;
     }
     Ok(texts)
 }
 
 /// Paper behind a label that thin lines run under.
-fn plate(b: [f64; 4], paper: Color) -> Shape {
-    let grow = 0.3;
-    let [l, t, r, bottom] = [b[0] - grow, b[1] - grow, b[2] + grow, b[3] + grow];
-    let corners = [[l, t], [r, t], [r, bottom], [l, bottom]];
-    Shape::polyline(&corners, true, Some(Fill::Flat { color: paper, opacity: 0.8 }), None)
+fn plate(room: &Room, paper: Color) -> Shape {
+    Shape::polyline(&room.corners(0.3), true, Some(Fill::Flat { color: paper, opacity: 0.8 }), None)
 }

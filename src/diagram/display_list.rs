@@ -192,17 +192,39 @@ impl Run {
 pub struct Text {
     /// The left end of the base line.
     pub at: Point,
+    /// The unit direction of the base line: `[1, 0]` for level text. Turned text is turned about `at`.
+    pub along: Point,
     /// Size of the em in millimetres.
     pub size: f64,
     /// The colour.
     pub color: Color,
     /// What it says.
     pub runs: Vec<Run>,
-    /// `[left, top, right, bottom]` of the room it takes: advance widths, ascenders and descenders.
+    /// `[left, top, right, bottom]` of the room it takes before it is turned: advance widths, ascenders and descenders.
     pub bounds: [f64; 4],
 }
 
 impl Text {
+    /// Whether it is not level.
+    pub fn is_turned(&self) -> bool {
+        self.along != [1.0, 0.0]
+    }
+
+    /// The corners of the room it takes on the page: above its first letter, above its last, below that, below the first.
+    pub fn corners(&self) -> [Point; 4] {
+        let [l, t, r, b] = self.bounds;
+        [[l, t], [r, t], [r, b], [l, b]].map(|p| self.turned(p))
+    }
+
+    /// A point of the level text, turned with it.
+    pub(crate) fn turned(&self, p: Point) -> Point {
+        if !self.is_turned() {
+            return p;
+        }
+        let ([c, s], [x, y]) = (self.along, [p[0] - self.at[0], p[1] - self.at[1]]);
+        [self.at[0] + x * c - y * s, self.at[1] + x * s + y * c]
+    }
+
     /// The characters of all runs.
     pub fn plain(&self) -> String {
         self.runs.iter().map(|run| run.text.as_str()).collect()
@@ -261,8 +283,8 @@ pub struct Raster {
     pub size: [u32; 2],
     /// Red, green, blue, row by row from the top.
     pub pixels: std::sync::Arc<[u8]>,
-    /// The same as a PNG file.
-    pub png: std::sync::Arc<[u8]>,
+    /// The same as a JPEG file.
+    pub jpeg: std::sync::Arc<[u8]>,
 }
 
 /// One thing to paint.

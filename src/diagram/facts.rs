@@ -4,7 +4,7 @@ use super::lines::whither;
 use super::parts::Scene;
 use super::section::{Pierce, View};
 use super::words::{length, short};
-use crate::camera::Standard;
+use crate::camera::{Camera, Standard};
 use crate::geometry::{Line, Plane};
 use glam::DVec3;
 
@@ -20,11 +20,7 @@ pub(crate) fn lines(scene: &Scene, circle: f64) -> Vec<String> {
     } else {
         format!("*f* = {f}, pinhole")
     });
-    for (name, standard) in [("front", &camera.front), ("rear", &camera.rear)] {
-        if let Some(movements) = movements(standard) {
-            facts.push(format!("{name}: {movements}"));
-        }
-    }
+    facts.extend(moved(camera, ["front:", "rear:"]));
     facts.push(focus(scene));
     if let Some(depth) = depth(scene) {
         facts.push(depth);
@@ -53,8 +49,14 @@ pub(crate) fn describe(scene: &Scene, circle: f64) -> String {
     text
 }
 
+/// The movements of the standards that have any, under the names given to front and rear.
+pub(crate) fn moved(camera: &Camera, names: [&str; 2]) -> Vec<String> {
+    let both = names.into_iter().zip([&camera.front, &camera.rear]);
+    both.filter_map(|(name, standard)| movements(standard).map(|m| format!("{name} {m}"))).collect()
+}
+
 /// A standard's movements, when it has any.
-pub(crate) fn movements(standard: &Standard) -> Option<String> {
+fn movements(standard: &Standard) -> Option<String> {
     let mut parts = Vec::new();
     for (name, angle) in [("tilt", standard.tilt), ("swing", standard.swing)] {
         if angle.as_degrees() != 0.0 {

@@ -164,12 +164,13 @@ pub(crate) fn text(marked: &str, at: Point, size: f64, color: Color) -> Result<T
     let runs = runs(marked);
     let width = width(&runs)? * size;
     let bounds = [at[0], at[1] - ASCENT * size, at[0] + width, at[1] + DESCENT * size];
-    Ok(Text { at, size, color, runs, bounds })
+    Ok(Text { at, along: [1.0, 0.0], size, color, runs, bounds })
 }
 
-/// A character of a text: its face, the size of its em, and where its pen stands.
+/// A character of a text: its run, its face, the size of its em, and where its pen stands on the page.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Placed {
+    pub(crate) run: usize,
     pub(crate) face: Face,
     pub(crate) character: char,
     pub(crate) size: f64,
@@ -183,27 +184,29 @@ pub(crate) struct Placed {
 pub(crate) fn place(text: &Text) -> Result<Vec<Placed>> {
     let mut placed = Vec::new();
     let mut x = text.at[0];
-    for run in &text.runs {
+    for (index, run) in text.runs.iter().enumerate() {
         let size = text.size * run.script.size();
         let at = text.at[1] + text.size * run.script.drop();
         for character in run.text.chars() {
-            placed.push(Placed { face: run.face, character, size, at: [x, at] });
+            placed.push(Placed { run: index, face: run.face, character, size, at: text.turned([x, at]) });
             x += advance(run.face, character)? * size;
         }
     }
     Ok(placed)
 }
 
-/// The outline of a character at a size, its pen position at the origin, y down, millimetres. Blank ones are empty.
+/// The outline of a character at a size, its pen position at the origin and its base line along a unit direction, y down,
+/// millimetres. Blank ones are empty.
 ///
 /// # Errors
 /// When the glyph is missing.
-pub(crate) fn outline(face: Face, character: char, size: f64) -> Result<Vec<Segment>> {
+pub(crate) fn outline(face: Face, character: char, size: f64, along: Point) -> Result<Vec<Segment>> {
     let font = font(face)?;
     let id = font.charmap().map(character).ok_or_else(|| missing(character))?;
     let glyph = font.outline_glyphs().get(id).ok_or_else(|| missing(character))?;
     let units = f64::from(font.metrics(Size::unscaled(), LocationRef::default()).units_per_em);
-    let mut pen = Pen { scale: size / units, segments: Vec::new() };
+    let scale = size / units;
+    let mut pen = Pen { across: along.map(|x| x * scale), segments: Vec::new() };
     glyph
         .draw(DrawSettings::unhinted(Size::unscaled(), LocationRef::default()), &mut pen)
         .map_err(|why| Error::invalid(format!("the embedded font cannot be drawn: {why}")))?;
@@ -211,13 +214,15 @@ pub(crate) fn outline(face: Face, character: char, size: f64) -> Result<Vec<Segm
 }
 
 struct Pen {
-    scale: f64,
+    /// The base line's direction, one unit of the font long.
+    across: Point,
     segments: Vec<Segment>,
 }
 
 impl Pen {
     fn point(&self, x: f32, y: f32) -> Point {
-        [f64::from(x) * self.scale, -f64::from(y) * self.scale]
+        let ([c, s], x, y) = (self.across, f64::from(x), -f64::from(y));
+        [x * c - y * s, x * s + y * c]
     }
 }
 
@@ -249,7 +254,7 @@ mod tests {
         for face in [Face::Regular, Face::Oblique] {
             for sign in signs.chars() {
                 assert!(advance(face, sign).unwrap() > 0.1, "{sign}");
-                assert!(!outline(face, sign, 3.0).unwrap().is_empty(), "{sign}");
+                assert!(!outline(face, sign, 3.0, [1.0, 0.0]).unwrap().is_empty(), "{sign}");
             }
         }
     }

@@ -38,7 +38,7 @@ pub(crate) fn line_point(
             match ends {
                 Some((a, b)) => {
                     canvas.part(part, vec![Shape::line(a, b, solid(hue.line, theme::MEDIUM))]);
-                    canvas.label(Label::new(name, hue.word, along(a, b)));
+                    canvas.label(Label::new(name, hue.word, along(a, b)).beside((a, b), 0.75));
                 }
                 None => canvas.group(Group::off_page(part, "beyond")),
             }

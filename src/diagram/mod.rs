@@ -29,7 +29,7 @@
 //! | `lens-sample`, `lens-axes` | points of the aperture, its axes |
 //! | `seen-ray`, `far-wall`, `point`, `film-rows`, `film-images`, `sum` | how pictures through lens points add up |
 //! | `sight`, `camera-place`, `film-picture`, `front-edges`, `front-lines`, `film-frame` | a front before the camera, and on its film |
-//! | `wanted-plane`, `nearest-plane`, `limit-circle`, `impossible-hinge` | what a solver was asked for, and its limit |
+//! | `wanted-plane`, `nearest-plane`, `limit-circle`, `limit-plane`, `plane-distance`, `impossible-hinge`, `impossible-point` | what a solver was asked for, and its limit |
 //! | `before`, `movement` | where a standard stood, and the way it went |
 //!
 //! Where a figure has several cameras a part says whose it is: `data-extension-mm`, `data-tilt-deg`, `data-f-number`.
@@ -40,7 +40,10 @@
 //! and `error-bar`.
 //!
 //! `data-off-page` says why a part's group is empty: `beyond` the panel's frame, `at-infinity`, `parallel` to the
-//! section, `not-cut` by it.
+//! section, `not-cut` by it; of a `label`, `no-room` for the words in `data-words`.
+//!
+//! The name of a plane seen edge-on runs along its trace. In a panel nothing carries `transform`, so such a label is made of
+//! turned outlines; with `--text text` it is a `label` that follows its panel, and its `<text>` carries the turn.
 
 mod bodies;
 mod canvas;
@@ -58,6 +61,7 @@ mod parts;
 mod place;
 mod planes;
 mod rays;
+mod room;
 mod section;
 mod sheet;
 mod subject;
@@ -92,6 +96,20 @@ pub struct Figure {
 
 impl Figure {
     /// Begins a side view of a camera; see [`SideView`] for what can be set.
+    ///
+    /// ```
+    /// use groundglass::{diagram::Figure, optics::Optics, scene};
+    ///
+    /// let camera = "[camera]\neye_m = [0, 1.6, 0]\nlook_at_m = [0, 1.6, -10]\nfocal_length_mm = 150\nf_number = 16\n\
+    ///               film = '4x5'\nextension_mm = 152.3\n[camera.front]\ntilt_deg = 6";
+    /// let optics = scene::parse(camera, "tilted.toml")?.describe()?.optics()?;
+    /// let figure = Figure::side_view(&optics).title("Lens tilt").figure()?;
+    /// let (for_the_web, for_print) = (figure.to_svg()?, figure.to_pdf()?);
+    /// # assert!(for_the_web.contains("data-part=\"hinge-line\"") && for_print.starts_with(b"%PDF"));
+    /// # Ok::<(), groundglass::Error>(())
+    /// ```
+    ///
+    #[doc = include_str!("../../diagrams/side-view.svg")]
     pub fn side_view(optics: &Optics) -> SideView<'_> {
         SideView::new(optics)
     }
@@ -109,6 +127,19 @@ impl Figure {
     /// with.
     pub fn warnings(&self) -> &[Warning] {
         &self.warnings
+    }
+
+    /// The words for which a panel had no room, and which are not drawn: a wider page has more.
+    pub fn words_without_room(&self) -> Vec<&str> {
+        let mut words = Vec::new();
+        walk(&self.list.items, &mut |group| {
+            if group.off_page == Some("no-room") {
+                words.extend(
+                    group.data.iter().filter(|(name, _)| *name == "data-words").map(|(_, said)| &**said),
+                );
+            }
+        });
+        words
     }
 
     /// What is drawn.
@@ -167,21 +198,12 @@ impl Figure {
 
 /// The parts that lie wholly beyond every panel in which they would stand.
 fn beyond(items: &[Item]) -> Vec<&'static str> {
-    fn walk(items: &[Item], off: &mut Vec<&'static str>, on: &mut Vec<&'static str>) {
-        for item in items {
-            let Item::Group(group) = item else { continue };
-            if let Some(part) = group.part {
-                match group.off_page {
-                    Some("beyond") => off.push(part),
-                    Some(_) => {}
-                    None => on.push(part),
-                }
-            }
-            walk(&group.items, off, on);
-        }
-    }
     let (mut off, mut on) = (Vec::new(), Vec::new());
-    walk(items, &mut off, &mut on);
+    walk(items, &mut |group| match (group.part, group.off_page) {
+        (Some(part), Some("beyond")) => off.push(part),
+        (Some(part), None) => on.push(part),
+        _ => {}
+    });
     // An arrow at the border says where it is.
     let told = |part: &str| {
         on.contains(&"arrow") && matches!(part, "focus-plane" | "hinge-line" | "scheimpflug-line")
@@ -192,11 +214,21 @@ fn beyond(items: &[Item]) -> Vec<&'static str> {
     off
 }
 
+/// Every group, the outer before those in it.
+fn walk<'a>(items: &'a [Item], see: &mut impl FnMut(&'a Group)) {
+    for item in items {
+        if let Item::Group(group) = item {
+            see(group);
+            walk(&group.items, see);
+        }
+    }
+}
+
 fn finite(item: &Item) -> bool {
     let point = |p: &Point| p[0].abs() < 1e6 && p[1].abs() < 1e6;
     match item {
         Item::Group(group) => group.items.iter().all(finite),
-        Item::Text(text) => point(&text.at),
+        Item::Text(text) => point(&text.at) && point(&text.along),
         Item::Raster(raster) => raster.bounds.iter().all(|x| x.abs() < 1e6),
         Item::Shape(shape) => match &shape.geometry {
             Geometry::Line(a, b) => point(a) && point(b),

@@ -7,7 +7,7 @@ use super::display_list::{Geometry, Group, PanelFrame, Point, Shape};
 use super::lines::{dimension_f, distance_j, focus_arrow, line_point};
 use super::panel::Panel;
 use super::place::Weight;
-use super::planes::{Style, along, axis, camera_span, trace, wedge};
+use super::planes::{Style, along, axis, camera_span, long_enough, trace, wedge};
 use super::rays::{pencil, rays};
 use super::section::{Pierce, Section, SectionPlane};
 use super::theme::{self, Hue, Theme, broken, solid};
@@ -45,7 +45,18 @@ impl<'a> Scene<'a> {
         triangles: &[[DVec3; 3]],
         hidden: &'a BTreeSet<String>,
     ) -> Self {
-        let section = SectionPlane::new(optics, section);
+        Self::cut(optics, theme, circle, SectionPlane::new(optics, section), triangles, hidden)
+    }
+
+    /// The same in a section that the kind chooses.
+    pub(crate) fn cut(
+        optics: &'a Optics,
+        theme: &'a Theme,
+        circle: f64,
+        section: SectionPlane,
+        triangles: &[[DVec3; 3]],
+        hidden: &'a BTreeSet<String>,
+    ) -> Self {
         let across = section.normal.cross(optics.axis());
         Self {
             optics,
@@ -173,6 +184,7 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
     let to = |part: &str, line: Pierce| if scene.shows(part) { line } else { Pierce::AtInfinity };
     let toward_hinge = camera_span(scene, canvas, to("hinge-line", hinge));
     let toward_scheimpflug = camera_span(scene, canvas, to("scheimpflug-line", scheimpflug));
+    let named = if role.names_camera() { long_enough(canvas, &toward_hinge) } else { toward_hinge };
     let thin = |hue: Hue| Style::plain(solid(hue.line, theme::THIN));
     let dashed = |hue: Hue| Style::plain(broken(hue.line, theme::THIN, theme::DASHED));
     let lens_plane =
@@ -185,7 +197,7 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
         "film-parallel",
         optics.film_parallel_plane(),
         dashed(theme.hinge),
-        Some(&toward_hinge),
+        Some(&named),
     );
     let focal = trace(
         scene,
@@ -193,7 +205,7 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
         "front-focal-plane",
         optics.front_focal_plane(),
         dashed(theme.hinge),
-        Some(&toward_hinge),
+        Some(&named),
     );
     if scene.shows("axis") {
         axis(scene, canvas, role);
@@ -235,14 +247,21 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
     line_point(scene, canvas, role, "hinge-line", "hinge line", optics.hinge_line(), theme.hinge);
     if role.names_scene() {
         match focus {
-            Some((a, b)) => canvas.label(Label::new("focus plane", theme.focus.word, along(a, b))),
+            Some((a, b)) => {
+                let label = Label::new("focus plane", theme.focus.word, along(a, b));
+                canvas.label(label.beside((a, b), 0.75));
+            }
             None if scene.shows("focus-plane") => focus_arrow(scene, canvas, role),
             None => {}
         }
         for (part, ends) in limits {
-            if let Some((a, b)) = ends {
+            // Where the limit cannot be told from the focus plane, its name would only say that.
+            let told = |(_, b): &(Point, Point)| focus.is_none_or(|(p, q)| beside(*b, p, q) > 0.8);
+            if let Some((a, b)) = ends.filter(told) {
                 let words = if part == "near-plane" { "near plane" } else { "far plane" };
-                canvas.label(Label::new(words, theme.depth.word, along(a, b)));
+                let toward = if part == "near-plane" { [0.0, -1.0] } else { [0.0, 1.0] };
+                let label = Label::new(words, theme.depth.word, along(a, b)).toward(toward);
+                canvas.label(label.beside((a, b), 0.8));
             }
         }
     }
@@ -266,17 +285,23 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
                 let anchors =
                     [at, 0.15 + 0.7 * at, 1.0 - at, 0.85 - 0.7 * at, 0.3 + 0.4 * at, 0.7 - 0.4 * at, 0.5]
                         .map(|t| [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t]);
-                canvas.label(Label::new(words, hue.word, anchors.to_vec()));
+                canvas.label(Label::new(words, hue.word, anchors.to_vec()).beside((a, b), at));
             }
         };
-        name(canvas, lens_plane, "lens|plane", theme.lens, 0.95);
-        name(canvas, film_plane, "film|plane", theme.film, 0.95);
         let tilted = optics.axis().cross(optics.film_normal()).length() > 1e-3;
         if tilted {
             name(canvas, parallel, "film-parallel|plane", theme.hinge, 0.05);
         }
         name(canvas, focal, "front focal|plane", theme.hinge, 0.05);
+        name(canvas, lens_plane, "lens|plane", theme.lens, 0.95);
+        name(canvas, film_plane, "film|plane", theme.film, 0.95);
     }
+}
+
+/// How far a page point lies from the line through two others.
+fn beside(p: Point, a: Point, b: Point) -> f64 {
+    let (x, y) = (b[0] - a[0], b[1] - a[1]);
+    ((p[0] - a[0]) * y - (p[1] - a[1]) * x).abs() / libm::hypot(x, y).max(1e-12)
 }
 
 /// The larger of film and lens in the section, metres.

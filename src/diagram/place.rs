@@ -1,12 +1,14 @@
 //! Where labels go. In: what is drawn in a panel and what each label names. Out: a box for each label, with a
 //! leader where it stands off, so that no label touches another label, a line of weight or the frame.
 //!
-//! For each label, in the order given, every anchor is tried in sixteen directions and some distances; the
-//! cheapest free place is taken. What finds none is looked for on a grid over the whole panel. A second round
-//! lets labels cross thin lines (they stand on a plate then); heavy lines, labels and leaders are never crossed.
+//! The name of a plane seen edge-on runs along its trace, turned with it, where it has room there. For other labels, in the
+//! order given, every anchor is tried in sixteen directions and some distances; the cheapest free place is taken. What
+//! finds none is looked for on a grid over the whole panel. A second round lets labels cross thin lines (they stand on a
+//! plate then); heavy lines, labels and leaders are never crossed.
 
 use super::display_list::Point;
 use super::panel::Panel;
+use super::room::{Room, reading};
 use super::subject::distance_to_segment;
 
 /// How strongly a drawn line repels labels.
@@ -41,6 +43,8 @@ pub(crate) struct Request {
     pub(crate) toward: Point,
     /// It names this convex area: it stands wholly in it, or outside with a leader.
     pub(crate) area: Option<Vec<Point>>,
+    /// The straight piece that it names: it runs along it where it can, best where this share of the way is.
+    pub(crate) line: Option<(Point, Point, f64)>,
     /// Left out where every place costs more than this.
     pub(crate) worth: f64,
 }
@@ -48,8 +52,7 @@ pub(crate) struct Request {
 /// A place for a label.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Placed {
-    /// Left, top, right, bottom.
-    pub(crate) bounds: [f64; 4],
+    pub(crate) room: Room,
     /// From the thing to the label.
     pub(crate) leader: Option<(Point, Point)>,
     /// Thin lines run behind it.
@@ -66,6 +69,8 @@ const BETWEEN: [f64; 2] = [2.0, 0.6];
 const EDGE: f64 = 0.9;
 /// Labels that stand off more than this have a leader.
 const LEADER: f64 = 1.9;
+/// Room between a line and words along it: beside thin lines, beside heavy ones.
+const BESIDE: [f64; 2] = [0.65, 0.85];
 const GAPS: [f64; 9] = [0.7, 1.2, 2.4, 4.0, 6.0, 9.0, 13.0, 18.0, 25.0];
 /// Costs (mm of distance they are worth).
 const THIN_LINE: f64 = 6.0;
@@ -99,6 +104,9 @@ struct Scene<'a> {
 
 impl Scene<'_> {
     fn best(&self, request: &Request) -> Option<Placed> {
+        if let Some(place) = self.beside_line(request) {
+            return Some(place);
+        }
         for allow in [Weight::Soft, Weight::Light] {
             if request.worth.is_finite() && allow == Weight::Light {
                 continue;
@@ -132,6 +140,69 @@ impl Scene<'_> {
         None
     }
 
+    /// The best free place along the line that a label names, beside it.
+    fn beside_line(&self, r: &Request) -> Option<Placed> {
+        let (a, b, best_at) = r.line?;
+        let along = reading(a, b)?;
+        let half = half(r, 0);
+        let long = libm::hypot(b[0] - a[0], b[1] - a[1]);
+        let mut best: Option<(f64, Placed)> = None;
+        for step in 0..=48 {
+            let share = f64::from(step) / 48.0;
+            // The words stay beside what is drawn.
+            if half[0] + 0.5 > share.min(1.0 - share) * long {
+                continue;
+            }
+            let at = [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])];
+            // Over the line, unless the other side is asked for.
+            let over = r.toward[0] * along[1] - r.toward[1] * along[0] >= 0.0;
+            for (side, other) in if over { [(1.0, 0.0), (-1.0, 0.8)] } else { [(-1.0, 0.0), (1.0, 0.8)] } {
+                for gap in BESIDE {
+                    let off = side * (half[1] + gap);
+                    let center = [at[0] + off * along[1], at[1] - off * along[0]];
+                    let room = Room { center, half, along };
+                    let cost = 6.0 * (share - best_at).abs() + other + gap;
+                    if let Some((lines, _)) = self.crossings(&room, Weight::Soft) {
+                        let place = Placed { room, leader: None, plate: false, variant: 0 };
+                        cheaper(&mut best, Some((cost + lines, place)));
+                    }
+                }
+            }
+        }
+        best.map(|(_, place)| place)
+    }
+
+    /// What the lines behind a room cost, and whether there are such; `None` when it is not free.
+    fn crossings(&self, room: &Room, allow: Weight) -> Option<(f64, bool)> {
+        let [l, t, r, b] = self.panel.frame;
+        let [left, top, right, bottom] = [l + EDGE, t + EDGE, r - EDGE, b - EDGE];
+        let within = |p: &Point| p[0] >= left && p[1] >= top && p[0] <= right && p[1] <= bottom;
+        if !room.corners(0.0).iter().all(within) {
+            return None;
+        }
+        for other in self.taken {
+            if room.is_near(&other.room, BETWEEN) {
+                return None;
+            }
+            if let Some((a, b)) = other.leader
+                && room.is_crossed(a, b, CLEAR)
+            {
+                return None;
+            }
+        }
+        let (mut cost, mut plate) = (0.0, false);
+        for o in self.obstacles {
+            if room.is_crossed(o.a, o.b, CLEAR + o.half) {
+                if o.weight > allow {
+                    return None;
+                }
+                cost += if o.weight == Weight::Light { THIN_LINE } else { SOFT_LINE };
+                plate = true;
+            }
+        }
+        Some((cost, plate))
+    }
+
     /// What a place costs, or `None` when it is not free.
     fn rate(
         &self,
@@ -142,38 +213,10 @@ impl Scene<'_> {
         rank: usize,
         allow: Weight,
     ) -> Option<(f64, Placed)> {
-        let half = half(r, variant);
-        let bounds = [center[0] - half[0], center[1] - half[1], center[0] + half[0], center[1] + half[1]];
-        let frame = self.panel.frame;
-        let within = bounds[0] >= frame[0] + EDGE
-            && bounds[1] >= frame[1] + EDGE
-            && bounds[2] <= frame[2] - EDGE
-            && bounds[3] <= frame[3] - EDGE;
-        if !within {
-            return None;
-        }
-        let mut cost = rank as f64 * 0.4 + variant as f64 * BROKEN;
-        let mut plate = false;
-        for other in self.taken {
-            if overlap(bounds, other.bounds, BETWEEN) {
-                return None;
-            }
-            if let Some((a, b)) = other.leader
-                && crosses(a, b, bounds, CLEAR)
-            {
-                return None;
-            }
-        }
-        for o in self.obstacles {
-            if crosses(o.a, o.b, bounds, CLEAR + o.half) {
-                if o.weight > allow {
-                    return None;
-                }
-                cost += if o.weight == Weight::Light { THIN_LINE } else { SOFT_LINE };
-                plate = true;
-            }
-        }
-        let to = nearest(bounds, anchor);
+        let room = Room::level(center, half(r, variant));
+        let (lines, plate) = self.crossings(&room, allow)?;
+        let mut cost = rank as f64 * 0.4 + variant as f64 * BROKEN + lines;
+        let to = room.nearest(anchor);
         let away = [to[0] - anchor[0], to[1] - anchor[1]];
         let gap = libm::hypot(away[0], away[1]);
         cost += gap;
@@ -183,8 +226,7 @@ impl Scene<'_> {
         let inside = match &r.area {
             None => false,
             Some(area) => {
-                let [l, t, r, b] = bounds;
-                let inside = [[l, t], [r, t], [r, b], [l, b]].iter().filter(|&&c| in_convex(area, c)).count();
+                let inside = room.corners(0.0).iter().filter(|&&c| in_convex(area, c)).count();
                 if inside % 4 != 0 {
                     return None;
                 }
@@ -198,7 +240,7 @@ impl Scene<'_> {
             }
             let end = [anchor[0] + away[0] * (1.0 - 0.35 / gap), anchor[1] + away[1] * (1.0 - 0.35 / gap)];
             for other in self.taken {
-                if crosses(anchor, end, other.bounds, CLEAR) {
+                if other.room.is_crossed(anchor, end, CLEAR) {
                     return None;
                 }
                 if let Some((a, b)) = other.leader
@@ -231,7 +273,7 @@ impl Scene<'_> {
             cost += WITH_LEADER + 0.03 * gap * gap;
             leader = Some((anchor, end));
         }
-        Some((cost, Placed { bounds, leader, plate, variant }))
+        Some((cost, Placed { room, leader, plate, variant }))
     }
 }
 
@@ -266,9 +308,7 @@ fn promising(
     rank: usize,
 ) -> bool {
     let Some((least, _)) = best else { return true };
-    let half = half(r, variant);
-    let bounds = [center[0] - half[0], center[1] - half[1], center[0] + half[0], center[1] + half[1]];
-    let to = nearest(bounds, anchor);
+    let to = Room::level(center, half(r, variant)).nearest(anchor);
     let gap = libm::hypot(to[0] - anchor[0], to[1] - anchor[1]);
     // A place that stands off has a leader, unless it lies in the area it names.
     let leader = if gap > LEADER && r.area.is_none() { WITH_LEADER + 0.03 * gap * gap } else { 0.0 };
@@ -316,33 +356,6 @@ fn grid(panel: &Panel) -> Vec<Point> {
     let [l, t, r, b] = panel.frame;
     let (columns, rows) = (((r - l) / 2.0) as usize, ((b - t) / 1.5) as usize);
     (0..columns * rows).map(|i| [l + 2.0 * (i % columns) as f64, t + 1.5 * (i / columns) as f64]).collect()
-}
-
-fn overlap(a: [f64; 4], b: [f64; 4], clear: [f64; 2]) -> bool {
-    a[0] < b[2] + clear[0] && b[0] < a[2] + clear[0] && a[1] < b[3] + clear[1] && b[1] < a[3] + clear[1]
-}
-
-fn nearest(bounds: [f64; 4], p: Point) -> Point {
-    [p[0].clamp(bounds[0], bounds[2]), p[1].clamp(bounds[1], bounds[3])]
-}
-
-/// Whether a segment comes into a box grown by `clear`.
-pub(crate) fn crosses(a: Point, b: Point, bounds: [f64; 4], clear: f64) -> bool {
-    let (mut t0, mut t1) = (0.0_f64, 1.0_f64);
-    for axis in 0..2 {
-        let (low, high) = (bounds[axis] - clear, bounds[axis + 2] + clear);
-        let along = b[axis] - a[axis];
-        if along.abs() < 1e-12 {
-            if a[axis] < low || a[axis] > high {
-                return false;
-            }
-        } else {
-            let (s, e) = ((low - a[axis]) / along, (high - a[axis]) / along);
-            t0 = t0.max(s.min(e));
-            t1 = t1.min(s.max(e));
-        }
-    }
-    t0 <= t1
 }
 
 fn segments_cross(a: Point, b: Point, c: Point, d: Point) -> bool {

@@ -36,6 +36,24 @@ pub(crate) fn along(a: Point, b: Point) -> Vec<Point> {
         .collect()
 }
 
+/// So long (mm) that its name has room along a plane that is drawn for the hinge rule alone.
+const NAMED: f64 = 35.0;
+
+/// The span with a point added, so far behind the lens as seen from the hinge, that the plane's name has room along it.
+pub(crate) fn long_enough(canvas: &Canvas, span: &[Point]) -> Vec<Point> {
+    let mut span = span.to_vec();
+    if let [top, bottom, .., end] = span[..] {
+        let far = if distance(top, end) > distance(bottom, end) { top } else { bottom };
+        let short = NAMED - distance(far, end);
+        let away = [far[0] - end[0], far[1] - end[1]];
+        let length = libm::hypot(away[0], away[1]).max(1e-12);
+        if short > 0.0 && canvas.panel.holds(end, 0.0) {
+            span.push([far[0] + away[0] * short / length, far[1] + away[1] * short / length]);
+        }
+    }
+    span
+}
+
 /// What the camera's planes shall reach: the standards, and the line they run to (or the border on its side).
 pub(crate) fn camera_span(scene: &Scene, canvas: &Canvas, line: Pierce) -> Vec<Point> {
     let half = 0.62 * camera_height(scene);
@@ -164,7 +182,8 @@ pub(crate) fn axis(scene: &Scene, canvas: &mut Canvas, role: Role) {
     if role.names_scene() {
         let at = [0.88, 0.7, 0.55]
             .map(|t| [a_end[0] + (b_end[0] - a_end[0]) * t, a_end[1] + (b_end[1] - a_end[1]) * t]);
-        canvas.label(Label::new("lens axis", scene.theme.quiet, at.to_vec()).optional());
+        let label = Label::new("lens axis", scene.theme.quiet, at.to_vec()).optional();
+        canvas.label(label.beside((a_end, b_end), 0.85));
     }
 }
 

@@ -62,11 +62,29 @@ const WITHIN: f64 = 1e-9;
 
 impl SectionPlane {
     pub(crate) fn new(optics: &Optics, choice: Section) -> Self {
-        let normal = match choice {
-            Section::Side => DVec3::X,
-            Section::Top => DVec3::Y,
-            Section::Auto => normal_of_both(optics),
+        match choice {
+            Section::Side => Self::square_to(DVec3::X),
+            Section::Top => Self::square_to(DVec3::Y),
+            Section::Auto => Self::holding(optics.film_normal(), optics.axis()),
+        }
+    }
+
+    /// The section that holds two directions, in which what is square to both is a point; where they are parallel, the one
+    /// that holds them and the rail.
+    pub(crate) fn holding(n: DVec3, a: DVec3) -> Self {
+        let square = n.cross(a);
+        let s = if square.length() > PARALLEL {
+            square / square.length()
+        } else {
+            let square = n.cross(DVec3::Z);
+            if square.length() > PARALLEL { square / square.length() } else { DVec3::X }
         };
+        let toward_viewer = if s.x.abs() >= s.y.abs() { s.x } else { s.y };
+        Self::square_to(if toward_viewer < 0.0 { -s } else { s })
+    }
+
+    /// The section with this unit normal, which is not along the rail.
+    fn square_to(normal: DVec3) -> Self {
         // The rail cannot be square to the section: both standards face forward.
         let forward = DVec3::NEG_Z - normal * normal.dot(DVec3::NEG_Z);
         let u = forward / forward.length();
@@ -113,18 +131,4 @@ impl SectionPlane {
         let at = unit.meet_plane(Plane { m: self.normal, e: 0.0 });
         Pierce::At(self.project(at.to_affine()))
     }
-}
-
-fn normal_of_both(optics: &Optics) -> DVec3 {
-    let (n, a) = (optics.film_normal(), optics.axis());
-    let across = n.cross(a);
-    let s = if across.length() > PARALLEL {
-        across / across.length()
-    } else {
-        // Lens and film are parallel: the section that holds their normal and the rail.
-        let across = n.cross(DVec3::Z);
-        if across.length() > PARALLEL { across / across.length() } else { DVec3::X }
-    };
-    let toward_viewer = if s.x.abs() >= s.y.abs() { s.x } else { s.y };
-    if toward_viewer < 0.0 { -s } else { s }
 }

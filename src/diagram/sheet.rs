@@ -79,7 +79,7 @@ impl<'a> Sheet<'a> {
         let width = lettering::width(&runs)? * size;
         let bounds =
             [at[0], at[1] - lettering::ASCENT * size, at[0] + width, at[1] + lettering::DESCENT * size];
-        let text = Text { at, size, color: self.theme.ink, runs, bounds };
+        let text = Text { at, along: [1.0, 0.0], size, color: self.theme.ink, runs, bounds };
         Ok(Item::Group(Group::of(part, vec![Item::Text(text)])))
     }
 

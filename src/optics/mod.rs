@@ -15,6 +15,7 @@
 //!   so the film-parallel plane through the lens, the front focal plane and S share a line.
 
 mod blur;
+mod cautions;
 mod products;
 mod projection;
 mod sensitivity;

@@ -140,9 +140,14 @@ fn fail(limit: Limit, message: String) -> Unsolvable {
 fn metres(value: f64) -> String {
     match value.abs() {
         v if v < 0.001 => format!("{value:.3e} m"),
-        v if v < 1.0 => format!("{:.4} mm", value * 1000.0),
-        _ => format!("{value:.4} m"),
+        v if v < 1.0 => format!("{} mm", decimals(value * 1000.0)),
+        _ => format!("{} m", decimals(value)),
     }
+}
+
+/// Four decimals at most.
+fn decimals(value: f64) -> String {
+    format!("{value:.4}").trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 fn focus_at(camera: &Camera, distance: f64) -> Result<Camera, Unsolvable> {

@@ -6,7 +6,8 @@
 use glam::{DMat3, DVec3};
 use groundglass::camera::{Aperture, Camera, FilmSize, Standard};
 use groundglass::diagram::{Figure, Geometry, Item, Segment};
-use groundglass::geometry::Pose;
+use groundglass::geometry::{HomogeneousPoint, Pose};
+use groundglass::optics::Optics;
 use groundglass::quantity::{Angle, FNumber, Length};
 use std::collections::BTreeMap;
 
@@ -208,6 +209,60 @@ pub fn segments(node: roxmltree::Node) -> Vec<[Point; 2]> {
     }
 }
 
+/// A ray's piece before the lens points to the conjugate of its film point.
+pub fn check_rays(panel: &Panel, optics: &Optics, what: &str) {
+    for ray in panel.all("ray") {
+        check_ray(panel, optics, ray, what);
+    }
+}
+
+/// As [`check_rays`], one ray.
+pub fn check_ray(panel: &Panel, optics: &Optics, ray: &Part, what: &str) {
+    let pose = optics.world_from_lens();
+    let [[film, lens], [again, end]] = ray.segments[..] else { panic!("{what}: a ray has two pieces") };
+    assert_eq!(lens, again);
+    let x = pose.vector_inverse(panel.world_from_page(film));
+    let s = pose.vector_inverse(panel.world_from_page(lens));
+    // Page coordinates are rounded to 0.0005 mm: as lengths of the section.
+    let fuzz = 0.001 / panel.scale();
+    assert!((optics.film_normal().dot(x) + optics.film_plane().e).abs() < fuzz, "{what}: begins on the film");
+    assert!(optics.axis().dot(s).abs() < fuzz, "{what}: bends in the lens plane");
+    let q = optics.object_of(HomogeneousPoint::finite(x));
+    let mut direction = pose.vector(s * q.w - q.xyz);
+    if direction.dot(pose.vector(optics.axis())) < 0.0 {
+        direction = -direction;
+    }
+    let to = [panel.right.dot(direction), -panel.up.dot(direction)];
+    let length = libm::hypot(to[0], to[1]);
+    let along = [end[0] - lens[0], end[1] - lens[1]];
+    let reach = libm::hypot(along[0], along[1]);
+    let off = (to[0] * along[1] - to[1] * along[0]) / length;
+    // The film point's rounding is magnified as the picture is.
+    let magnified = 0.02 + 0.002 * reach / libm::hypot(film[0] - lens[0], film[1] - lens[1]);
+    assert!(off.abs() < magnified, "{what}: a ray misses its image point by {off} mm");
+    assert!(to[0] * along[0] + to[1] * along[1] > 0.0);
+}
+
+/// Where the words of a figure stand: corners of their boxes, turned with them.
+pub type Corners = [Point; 4];
+
+/// Whether a side of one of two rectangles parts them; touching within `least` millimetres is no touching.
+pub fn apart(a: &Corners, b: &Corners, least: f64) -> bool {
+    [a, b].iter().any(|corners| {
+        [[0, 1], [1, 2]].iter().any(|&[i, j]| {
+            let (p, q) = (corners[i], corners[j]);
+            let length = libm::hypot(q[0] - p[0], q[1] - p[1]);
+            let along = [(q[0] - p[0]) / length, (q[1] - p[1]) / length];
+            let range = |c: &Corners| {
+                let at = c.map(|p| p[0] * along[0] + p[1] * along[1]);
+                at.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(*x), h.max(*x)])
+            };
+            let (a, b) = (range(a), range(b));
+            a[1] <= b[0] + least || b[1] <= a[0] + least
+        })
+    })
+}
+
 /// Boxes of labels, heavy strokes and frames, from the display list.
 pub fn check_labels(figure: &Figure, what: &str) {
     for item in &figure.display_list().items {
@@ -215,21 +270,18 @@ pub fn check_labels(figure: &Figure, what: &str) {
         if panel.panel.is_none() {
             continue;
         }
-        let mut labels: Vec<(String, [f64; 4])> = Vec::new();
+        let mut labels: Vec<(String, Vec<Corners>)> = Vec::new();
         let mut heavy: Vec<(Point, Point, f64)> = Vec::new();
         let mut frame = [0.0; 4];
         for part in &panel.items {
             let Item::Group(part) = part else { continue };
             let name = part.part.unwrap();
-            let mut bounds: Option<[f64; 4]> = None;
-            let mut said = String::new();
+            let (mut boxes, mut said) = (Vec::new(), String::new());
             for item in &part.items {
                 match item {
                     Item::Text(text) => {
                         said += &text.plain();
-                        let b = bounds.get_or_insert(text.bounds);
-                        let t = text.bounds;
-                        *b = [b[0].min(t[0]), b[1].min(t[1]), b[2].max(t[2]), b[3].max(t[3])];
+                        boxes.push(text.corners());
                     }
                     Item::Shape(shape) => {
                         let width = shape.stroke.map_or(0.0, |s| s.width);
@@ -244,22 +296,25 @@ pub fn check_labels(figure: &Figure, what: &str) {
                     Item::Group(_) | Item::Raster(_) => {}
                 }
             }
-            if name == "label" {
-                labels.push((said, bounds.unwrap()));
+            if name == "label" && part.off_page.is_none() {
+                labels.push((said, boxes));
             }
         }
-        for (i, (said, b)) in labels.iter().enumerate() {
-            let clear = b[0] > frame[0] + 0.3
-                && b[1] > frame[1] + 0.3
-                && b[2] < frame[2] - 0.3
-                && b[3] < frame[3] - 0.3;
-            assert!(clear, "{what}: `{said}` touches the frame");
-            for (other, o) in &labels[..i] {
-                let apart = b[2] < o[0] || o[2] < b[0] || b[3] < o[1] || o[3] < b[1];
+        for (i, (said, boxes)) in labels.iter().enumerate() {
+            for [x, y] in boxes.iter().flatten() {
+                let clear =
+                    *x > frame[0] + 0.3 && *y > frame[1] + 0.3 && *x < frame[2] - 0.3 && *y < frame[3] - 0.3;
+                assert!(clear, "{what}: `{said}` touches the frame");
+            }
+            for (other, others) in &labels[..i] {
+                let apart = boxes.iter().all(|a| others.iter().all(|b| apart(a, b, 0.0)));
                 assert!(apart, "{what}: `{said}` touches `{other}`");
             }
             for &(p, q, half) in &heavy {
-                assert!(!touches(p, q, *b, half), "{what}: `{said}` touches a heavy line");
+                assert!(
+                    !boxes.iter().any(|b| touches(p, q, b, half)),
+                    "{what}: `{said}` touches a heavy line"
+                );
             }
         }
     }
@@ -284,13 +339,18 @@ pub fn straight(geometry: &Geometry) -> Vec<(Point, Point)> {
     }
 }
 
-pub fn touches(a: Point, b: Point, bounds: [f64; 4], half: f64) -> bool {
+/// Whether a line of some width comes into a rectangle.
+pub fn touches(a: Point, b: Point, corners: &Corners, half: f64) -> bool {
+    let [o, x, _, y] = *corners;
+    let side = |p: Point| {
+        let length = libm::hypot(p[0] - o[0], p[1] - o[1]);
+        ([(p[0] - o[0]) / length, (p[1] - o[1]) / length], length)
+    };
+    let ((u, wide), (v, high)) = (side(x), side(y));
     (0..=400).any(|i| {
         let t = f64::from(i) / 400.0;
-        let p = [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
-        p[0] > bounds[0] - half
-            && p[0] < bounds[2] + half
-            && p[1] > bounds[1] - half
-            && p[1] < bounds[3] + half
+        let p = [a[0] + t * (b[0] - a[0]) - o[0], a[1] + t * (b[1] - a[1]) - o[1]];
+        let (along, down) = (p[0] * u[0] + p[1] * u[1], p[0] * v[0] + p[1] * v[1]);
+        along > -half && along < wide + half && down > -half && down < high + half
     })
 }

@@ -7,7 +7,6 @@ use crate::diagram::Figure;
 use crate::diagram::extent;
 use crate::diagram::parts::Scene;
 use crate::diagram::rays;
-use crate::diagram::sheet::{GUTTER, STRIP};
 use crate::error::Result;
 
 /// What each step shows.
@@ -41,12 +40,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let stage = Stage::read(input, |width| if width < 120.0 { 2.4 * width } else { 0.62 * width }, STEPS[0])?;
     let whole = stage.scene();
     let optics = whole.optics;
-    let most = 30.0 * optics.focal_length();
-    let mut points = Vec::new();
-    points.extend(stage::near_point(&whole, optics.hinge_line(), most));
-    points.extend(stage::near_point(&whole, optics.scheimpflug_line(), most));
-    points.extend(stage::on_axis(&whole, optics.focus_plane(), most));
-    let bounds = stage::around(&whole, &points)?;
+    let bounds = stage::around(&whole, &stage::rule_points(&whole))?;
     let is_parallel = optics.hinge_distance().is_none();
     let sentences = if is_parallel {
         vec![
@@ -71,21 +65,8 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         ]
     };
     let (mut sheet, frame) = stage::begin(&stage, &sentences)?;
-    let [left, top, right, bottom] = frame;
-    let upright = stage.page.size[0] < 120.0;
-    for (i, shown) in STEPS.iter().enumerate() {
-        let part = |low: f64, high: f64, gap: f64| {
-            let one = (high - low - 2.0 * gap) / 3.0;
-            let begin = low + i as f64 * (one + gap);
-            [begin, begin + one]
-        };
-        let box_of_step = if upright {
-            let [t, b] = part(top, bottom + STRIP, 2.0);
-            [left, t, right, b - STRIP]
-        } else {
-            let [l, r] = part(left, right, GUTTER);
-            [l, top, r, bottom]
-        };
+    let frames = stage::split(frame, STEPS.len(), stage.page.size[0] < 120.0);
+    for (i, (shown, box_of_step)) in STEPS.iter().zip(frames).enumerate() {
         let hidden = stage::without(shown, &[]);
         let mut scene = Scene { hidden: &hidden, ..stage.scene() };
         let panel = extent::fit(bounds, box_of_step, 4.0);

@@ -54,11 +54,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         return Err(Error::invalid("a pinhole has no blur").at_key("camera.pinhole"));
     }
     let circle = stage.subject.circle;
-    let most = 120.0 * optics.focal_length();
-    let mut points = Vec::new();
-    points.extend(stage::near_point(&scene, optics.hinge_line(), most));
-    points.extend(stage::on_axis(&scene, optics.focus_plane(), most).map(|p| p.map(|x| 1.5 * x)));
-    let bounds = stage::around(&scene, &points)?;
+    let bounds = stage::around_limits(&scene)?;
     let levels: Vec<String> = keys.circles.iter().map(|k| format!("{} *c*", short(*k))).collect();
     let sentences = [
         format!(

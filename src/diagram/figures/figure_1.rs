@@ -66,10 +66,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         scene.bundles = rays::bundles(scene, &panel);
         let name = NAMES.get(i).copied().unwrap_or("panel");
         sheet.push(parts::panel(scene, panel, Role::Main, name, None)?);
-        let camera = scene.optics.camera();
-        let all = [("lens", camera.front), ("film", camera.rear)];
-        let moved: Vec<String> =
-            all.iter().filter_map(|(what, s)| facts::movements(s).map(|m| format!("{what} {m}"))).collect();
+        let moved = facts::moved(scene.optics.camera(), ["lens", "film"]);
         let said = if moved.is_empty() { "nothing tilted".to_owned() } else { moved.join(", ") };
         sheet.strip(&panel, &format!("({name}) {said}"), false)?;
         description

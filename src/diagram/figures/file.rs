@@ -105,6 +105,9 @@ impl FigureFile {
                 part => format!("the {} lies off the page", part.replace('-', " ")),
             });
         }
+        for words in figure.words_without_room() {
+            input.warn(format!("there is no room for the words \"{words}\": give a wider page"));
+        }
         figure.warnings = input.warnings.into_inner();
         Ok(figure)
     }
@@ -253,8 +256,8 @@ impl Input<'_> {
     fn loaded(&self, description: &SceneDescription, folder: &Path, wanted: bool) -> Result<Subject> {
         let circle = description.circle_of_confusion.as_metres();
         let optics = description.optics()?;
-        if optics.film_reaches_aperture() {
-            self.warn("the film plane reaches the aperture: such a scene cannot be rendered".to_owned());
+        for caution in optics.cautions() {
+            self.warn(caution);
         }
         if !wanted || description.meshes.is_empty() {
             return Ok(Subject { optics, circle, triangles: Vec::new() });

@@ -8,7 +8,6 @@ use crate::diagram::Figure;
 use crate::diagram::extent;
 use crate::diagram::facts;
 use crate::diagram::rays;
-use crate::diagram::sheet::{GUTTER, STRIP};
 use crate::error::{Error, Result};
 use crate::optics::{Adjust, FocusTarget, Optics, solve};
 use crate::quantity::Angle;
@@ -48,13 +47,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let mut bounds = None;
     for optics in [lens, &film] {
         let scene = stage.scene_of(optics);
-        let most = 30.0 * optics.focal_length();
-        let mut points = Vec::new();
-        for line in [optics.hinge_line(), optics.scheimpflug_line()] {
-            points.extend(stage::near_point(&scene, line, most));
-        }
-        points.extend(stage::on_axis(&scene, optics.focus_plane(), most));
-        let own = stage::around(&scene, &points)?;
+        let own = stage::around(&scene, &stage::rule_points(&scene))?;
         let all = bounds.get_or_insert(own);
         extent::grow(all, [own[0], own[1]]);
         extent::grow(all, [own[2], own[3]]);
@@ -62,9 +55,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let bounds = bounds.unwrap_or([0.0, 0.0, 1.0, 1.0]);
     let turned = |optics: &Optics| {
         let camera = optics.camera();
-        let all = [("front", camera.front), ("rear", camera.rear)];
-        let moved: Vec<String> =
-            all.iter().filter_map(|(name, s)| facts::movements(s).map(|m| format!("{name} {m}"))).collect();
+        let moved = facts::moved(camera, ["front", "rear"]);
         format!("{}, extension {:.1} mm", moved.join(", "), camera.extension.as_millimetres())
     };
     let upright = stage.page.size[0] < NARROW;
@@ -77,25 +68,13 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         ),
     ];
     let (mut sheet, frame) = stage::begin(&stage, &sentences)?;
-    let [left, top, right, bottom] = frame;
-    for (i, (optics, name)) in [(lens, "lens-tilt"), (&film, "film-tilt")].into_iter().enumerate() {
-        let at = |low: f64, high: f64, gap: f64| {
-            let one = 0.5 * (high - low - gap);
-            let begin = low + i as f64 * (one + gap);
-            [begin, begin + one]
-        };
-        let frame = if upright {
-            let [t, b] = at(top, bottom + STRIP, 2.0);
-            [left, t, right, b - STRIP]
-        } else {
-            let [l, r] = at(left, right, GUTTER);
-            [l, top, r, bottom]
-        };
+    let both = [(lens, "lens-tilt", "lens turned"), (&film, "film-tilt", "film turned")];
+    for ((optics, name, words), frame) in both.into_iter().zip(stage::split(frame, 2, upright)) {
         let mut scene = stage.scene_of(optics);
         let panel = extent::fit(bounds, frame, 4.0);
         scene.bundles = rays::bundles(&scene, &panel);
         sheet.push(stage::panel(&scene, panel, name, |_, _| {})?);
-        sheet.strip(&panel, if i == 0 { "lens turned" } else { "film turned" }, false)?;
+        sheet.strip(&panel, words, false)?;
     }
     stage::end(&stage, sheet, frame, "Film tilt and lens tilt", &sentences)
 }

@@ -83,7 +83,11 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
                 let at = |t: f64| [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
                 let anchors = [0.98, 0.94, 0.9, 0.85, 0.8, 0.75, 0.65, 0.55].map(at).to_vec();
                 let words = format!("{} mm", short(extension));
-                canvas.label(Label::new(words, scene.theme.focus.word, anchors).toward([-0.3, -0.95]));
+                canvas.label(
+                    Label::new(words, scene.theme.focus.word, anchors)
+                        .toward([-0.3, -0.95])
+                        .beside((a, b), 0.93),
+                );
             }
             if let Some([p, q]) = one.film {
                 let (p, q) =

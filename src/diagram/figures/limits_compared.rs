@@ -25,11 +25,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         return Err(Error::invalid("a pinhole has no depth of field to speak of").at_key("camera.pinhole"));
     }
     let circle = stage.subject.circle;
-    let most = 120.0 * optics.focal_length();
-    let mut points = Vec::new();
-    points.extend(stage::near_point(&scene, optics.hinge_line(), most));
-    points.extend(stage::on_axis(&scene, optics.focus_plane(), most).map(|p| p.map(|x| 1.5 * x)));
-    let bounds = stage::around(&scene, &points)?;
+    let bounds = stage::around_limits(&scene)?;
     let extension = -optics.film_plane().e / optics.focal_length();
     let sentences = [
         format!(
@@ -92,7 +88,7 @@ fn both(
         if let Some((a, b)) = trace(&shown, canvas, part, plane, style, None) {
             let mut anchors = vec![[a[0] + 0.95 * (b[0] - a[0]), a[1] + 0.95 * (b[1] - a[1])]];
             anchors.extend(along(a, b));
-            canvas.label(Label::new(name, color, anchors));
+            canvas.label(Label::new(name, color, anchors).beside((a, b), 0.9));
         }
     }
 }

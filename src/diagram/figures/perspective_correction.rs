@@ -12,7 +12,7 @@ use crate::diagram::extent;
 use crate::diagram::parts::{self, Role, Scene};
 use crate::diagram::place::Weight;
 use crate::diagram::section::Section;
-use crate::diagram::sheet::{self, GUTTER, LEADING, MARGIN, STRIP, Sheet};
+use crate::diagram::sheet::{self, LEADING, MARGIN, STRIP, Sheet};
 use crate::diagram::theme::{self, solid};
 use crate::diagram::words::{exact, length, short};
 use crate::diagram::{Geometry, lettering};
@@ -108,11 +108,10 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     if bottom - top < 50.0 {
         return Err(Error::invalid("the page leaves no room for the drawing").at_key("height_mm"));
     }
-    let wide = 0.5 * (width - 2.0 * MARGIN - GUTTER);
+    let columns = stage::split([MARGIN, top, width - MARGIN, bottom], 2, false);
     let hidden = stage::without(&["axis", "bellows", "label", "lens-board"], &[]);
     let reach = keys.distance_m;
-    for (i, optics) in cameras.iter().enumerate() {
-        let left = MARGIN + (wide + GUTTER) * i as f64;
+    for (i, (optics, [left, _, right, _])) in cameras.iter().zip(columns).enumerate() {
         let mut scene = Scene::new(optics, &page.theme, 1e-4, Section::Side, &[], &hidden);
         // The world stands upright on the page, also where the camera looks up.
         scene.section.u = optics.world_from_lens().vector_inverse(flat);
@@ -128,13 +127,13 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             },
         );
         let bounds = [bounds[0] - room, bounds[1] - 0.3 * room, bounds[2] + room, bounds[3] + 0.3 * room];
-        let panel = extent::fit(bounds, [left, top, left + wide, split - STRIP - 1.5], 2.0);
+        let panel = extent::fit(bounds, [left, top, right, split - STRIP - 1.5], 2.0);
         let mut canvas = Canvas::new(panel, &page.theme);
         parts::draw(&scene, &mut canvas, Role::Main);
         front_in_section(&mut canvas, panel.page(low), panel.page(tip), &scene);
         sheet.push(parts::close(&scene, canvas, ["pitched", "risen"][i])?);
         sheet.strip(&panel, ["looking up", "lens risen"][i], false)?;
-        let frame = [left, split, left + wide, bottom - STRIP];
+        let frame = [left, split, right, bottom - STRIP];
         let group = picture(optics, &front, frame, &page.theme);
         sheet.items.push(Item::Group(group));
         let words = if edges[i] < 0.005 {

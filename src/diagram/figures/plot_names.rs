@@ -6,7 +6,8 @@ use super::plot_series::Series;
 use crate::diagram::canvas;
 use crate::diagram::display_list::{Fill, Group, Item, Point, Shape};
 use crate::diagram::lettering;
-use crate::diagram::place::{self, Obstacle, Request, Weight, crosses};
+use crate::diagram::place::{self, Obstacle, Request, Weight};
+use crate::diagram::room::Room;
 use crate::diagram::theme::{self, Theme, solid};
 use crate::error::Result;
 
@@ -208,7 +209,7 @@ fn legend_box(chart: &Chart) -> Result<Option<[f64; 4]>> {
         // Rightmost first, then downward.
         let place = [right - edge - wide - dx, top + edge + dy, right - edge - dx, top + edge + dy + high];
         let cost = dx.min(place[0] - left) + dy.min(bottom - place[3]);
-        if cost < least && !obstacles.iter().any(|o| crosses(o.a, o.b, place, o.half + CLEAR)) {
+        if cost < least && !obstacles.iter().any(|o| room_of(place).is_crossed(o.a, o.b, o.half + CLEAR)) {
             (best, least) = (Some(place), cost);
         }
     }
@@ -233,6 +234,10 @@ fn legend(chart: &Chart, [left, top]: Point, theme: &Theme) -> Result<Item> {
         items.push(Item::Group(Group::of("label", vec![Item::Text(text)])));
     }
     Ok(Item::Group(Group::of("legend", items)))
+}
+
+fn room_of([l, t, r, b]: [f64; 4]) -> Room {
+    Room::level([0.5 * (l + r), 0.5 * (t + b)], [0.5 * (r - l), 0.5 * (b - t)])
 }
 
 /// What names keep clear of: lines, markers, error bars, guides.
@@ -285,20 +290,23 @@ fn guides(chart: &Chart, legend: Option<[f64; 4]>, theme: &Theme) -> Result<Vec<
             anchors: [0.85, 0.7, 0.5, 0.3, 0.15, 0.95, 0.05].map(at).to_vec(),
             toward: [0.0, -1.0],
             area: None,
+            line: Some((*a, *b, 0.85)),
             worth: f64::INFINITY,
         });
     }
     let mut items = Vec::new();
     let placed = place::place(&chart.panel, &obstacles, &requests);
     for ((name, _), place) in named.into_iter().zip(placed) {
-        let Some(place) = place else { continue };
+        let Some(place) = place else {
+            items.push(Item::Group(canvas::without_room(name)));
+            continue;
+        };
         if let Some((a, b)) = place.leader {
             let line = Shape::line(a, b, solid(theme.quiet, theme::HAIR));
             items.push(Item::Group(Group::of("leader", vec![Item::Shape(line)])));
         }
-        let at = [place.bounds[0], place.bounds[1] + lettering::ASCENT * theme::LETTER];
-        let text = lettering::text(name, at, theme::LETTER, theme.quiet)?;
-        items.push(Item::Group(Group::of("label", vec![Item::Text(text)])));
+        let texts = canvas::lines(name, &place.room, theme.quiet)?;
+        items.push(Item::Group(Group::of("label", texts.into_iter().map(Item::Text).collect())));
     }
     Ok(items)
 }

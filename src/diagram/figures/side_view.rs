@@ -122,9 +122,7 @@ struct Layout {
 /// # Ok::<(), groundglass::error::Error>(())
 /// ```
 ///
-/// The camera of `diagrams/side-view.toml`, drawn so:
-///
-#[doc = include_str!("../../../diagrams/side-view.svg")]
+/// [`Figure::side_view`] shows such a figure.
 #[derive(Clone, Debug)]
 pub struct SideView<'a> {
     optics: &'a Optics,

@@ -13,7 +13,7 @@ use crate::diagram::panel::Panel;
 use crate::diagram::parts::{self, PARTS, Role, Scene};
 use crate::diagram::rays;
 use crate::diagram::section::{Pierce, Section, View};
-use crate::diagram::sheet::{self, LEADING, MARGIN, STRIP, Sheet};
+use crate::diagram::sheet::{self, GUTTER, LEADING, MARGIN, STRIP, Sheet};
 use crate::diagram::words;
 use crate::error::{Error, Result};
 use crate::geometry::{Line, Plane};
@@ -140,6 +140,46 @@ pub(crate) fn panel(
     parts::close(scene, canvas, name)
 }
 
+/// Where the hinge and Scheimpflug lines are cut and the axis crosses the focus plane, as far as they are near.
+pub(crate) fn rule_points(scene: &Scene) -> Vec<[f64; 2]> {
+    let optics = scene.optics;
+    let most = 30.0 * optics.focal_length();
+    let lines = [optics.hinge_line(), optics.scheimpflug_line()];
+    let near = lines.into_iter().filter_map(|line| near_point(scene, line, most));
+    near.chain(on_axis(scene, optics.focus_plane(), most)).collect()
+}
+
+/// The box in which limits of sharpness are seen: the camera, the hinge line, and half as far again as the focus.
+///
+/// # Errors
+/// Those of [`around`].
+pub(crate) fn around_limits(scene: &Scene) -> Result<Bounds> {
+    let optics = scene.optics;
+    let most = 120.0 * optics.focal_length();
+    let mut points = Vec::from_iter(near_point(scene, optics.hinge_line(), most));
+    points.extend(on_axis(scene, optics.focus_plane(), most).map(|p| p.map(|x| 1.5 * x)));
+    around(scene, &points)
+}
+
+/// The frames of panels that share one: beside one another, or one under the other, each over a strip of its own.
+pub(crate) fn split([left, top, right, bottom]: [f64; 4], count: usize, upright: bool) -> Vec<[f64; 4]> {
+    let part = |low: f64, high: f64, gap: f64, i: usize| {
+        let one = (high - low - gap * (count as f64 - 1.0)) / count as f64;
+        let begin = low + i as f64 * (one + gap);
+        [begin, begin + one]
+    };
+    let one = |i| {
+        if upright {
+            let [t, b] = part(top, bottom + STRIP, 2.0, i);
+            [left, t, right, b - STRIP]
+        } else {
+            let [l, r] = part(left, right, GUTTER, i);
+            [l, top, r, bottom]
+        }
+    };
+    (0..count).map(one).collect()
+}
+
 /// The page point of a point in lens space.
 pub(crate) fn page_of(scene: &Scene, panel: &Panel, point: DVec3) -> Point {
     panel.page(scene.section.project(point))
@@ -240,11 +280,7 @@ pub(crate) fn camera_sentence(scene: &Scene) -> String {
     let optics = scene.optics;
     let camera = optics.camera();
     let mut parts = vec![format!("*f* = {}", words::length(optics.focal_length()))];
-    for (name, standard) in [("front", &camera.front), ("rear", &camera.rear)] {
-        if let Some(movements) = facts::movements(standard) {
-            parts.push(format!("{name} {movements}"));
-        }
-    }
+    parts.extend(facts::moved(camera, ["front", "rear"]));
     parts.push(format!("extension {}", words::length(camera.extension.as_metres())));
     format!("{}.", parts.join(", "))
 }

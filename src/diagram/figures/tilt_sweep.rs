@@ -89,7 +89,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
                 let at = |t: f64| [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
                 let anchors = [0.98, 0.94, 0.9, 0.85, 0.8, 0.75].map(at).to_vec();
                 let label = Label::new(format!("{}°", short(tilt)), theme.focus.word, anchors);
-                canvas.label(label.toward([-0.3, -0.95]));
+                canvas.label(label.toward([-0.3, -0.95]).beside((a, b), 0.93));
             }
             if let Pierce::At(p) = one.section.pierce(optics.hinge_line()) {
                 let page = canvas.panel.page(p);

@@ -2,6 +2,7 @@
 //! the line in which the focus plane meets the ground and the plane of the section marked in it, and the camera in section.
 
 use super::file::Input;
+use super::picture::Picture;
 use super::stage::{self, Stage};
 use crate::diagram::Figure;
 use crate::diagram::display_list::{Group, Item, Point, Raster, Shape};
@@ -18,7 +19,6 @@ use crate::geometry::{Line, Plane};
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use std::sync::Arc;
 
 /// What a figure file of this kind says besides.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -26,6 +26,16 @@ pub(crate) struct Keys {
     /// The picture that `groundglass render` made of the scene (PNG, 8 bits), relative to this file.
     #[schemars(length(min = 1), example = &"../examples/pictures/tower.png")]
     picture: String,
+    /// How much of the file the picture may take, in thousands of bytes: it is set as a JPEG, at most 300 pixels to the inch,
+    /// and with less detail where it must.
+    #[serde(default = "picture_kb")]
+    #[schemars(range(min = 2, max = 20_000), example = 60)]
+    picture_kb: u32,
+}
+
+/// With this much picture, which base64 makes longer by a third, an SVG has less than 60 KB.
+fn picture_kb() -> u32 {
+    18
 }
 
 const SHOWN: [&str; 14] = [
@@ -45,19 +55,19 @@ const SHOWN: [&str; 14] = [
     "wedge",
 ];
 
-/// Most pixels of a picture in a figure.
-const MOST_PIXELS: u64 = 16_000_000;
-
 /// Draws the figure that a file describes.
 pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let stage =
         Stage::read(input, |width| if width < 110.0 { 1.9 * width } else { 0.45 * width + 12.0 }, &SHOWN)?;
     let keys: Keys = input.keys()?;
-    let raster = picture(input, &keys.picture)?;
+    let (bytes, _) = input.read("picture", &keys.picture)?;
+    let picture = Picture::read(&bytes).map_err(|why| {
+        Error::invalid(format!("`{}` is no such PNG: {why}", keys.picture)).at_key("picture")
+    })?;
     let mut scene = stage.scene();
     let film = scene.optics.camera().film;
     let shape = film.width.as_metres() / film.height.as_metres();
-    let [wide, high] = raster.size.map(f64::from);
+    let [wide, high] = picture.size.map(f64::from);
     if ((wide / high) / shape - 1.0).abs() > 1.5 / wide.min(high) {
         return Err(Error::invalid(format!("a picture of {wide} x {high} pixels has not the film's shape"))
             .at_key("picture")
@@ -88,7 +98,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let scale = ((view[2] - view[0]) / shape).min(view[3] - view[1]);
     let size = [scale * shape, scale];
     let place = [view[0], view[1], view[0] + size[0], view[1] + size[1]];
-    let group = marked(&scene, Raster { bounds: place, ..raster }, line);
+    let group = marked(&scene, picture.set(place, 1000 * keys.picture_kb as usize)?, line);
     sheet.items.push(Item::Group(group));
     let item = sheet.caption(
         "caption",
@@ -106,29 +116,6 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     sheet.push(parts::panel(&scene, panel, Role::Main, "main", None)?);
     sheet.strip(&panel, stage::view_name(&scene), false)?;
     stage::end(&stage, sheet, frame, "A picture and its camera", &sentences)
-}
-
-/// Reads a PNG of 8 bits a channel.
-fn picture(input: &Input, written: &str) -> Result<Raster> {
-    let (bytes, _) = input.read("picture", written)?;
-    let wrong = |why: String| Error::invalid(format!("`{written}` is no such PNG: {why}")).at_key("picture");
-    let mut reader =
-        png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().map_err(|why| wrong(why.to_string()))?;
-    let (width, height) = (reader.info().width, reader.info().height);
-    let (color, depth) = reader.output_color_type();
-    let channels = match (color, depth) {
-        (png::ColorType::Rgb, png::BitDepth::Eight) => 3,
-        (png::ColorType::Rgba, png::BitDepth::Eight) => 4,
-        _ => return Err(wrong("it has not red, green and blue of 8 bits".to_owned())),
-    };
-    if u64::from(width) * u64::from(height) > MOST_PIXELS {
-        return Err(wrong("it has more than 16 million pixels".to_owned()));
-    }
-    let size = reader.output_buffer_size().ok_or_else(|| wrong("it is too large".to_owned()))?;
-    let mut pixels = vec![0; size];
-    reader.next_frame(&mut pixels).map_err(|why| wrong(why.to_string()))?;
-    let rgb: Vec<u8> = pixels.chunks_exact(channels).flat_map(|p| p.iter().take(3).copied()).collect();
-    Ok(Raster { bounds: [0.0; 4], size: [width, height], pixels: rgb.into(), png: Arc::from(bytes) })
 }
 
 /// The picture with the lines that are marked in it.

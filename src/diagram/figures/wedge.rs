@@ -58,11 +58,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let scene = stage.scene();
     let optics = scene.optics;
     let circle = stage.subject.circle;
-    let most = 120.0 * optics.focal_length();
-    let mut points = Vec::new();
-    points.extend(stage::near_point(&scene, optics.hinge_line(), most));
-    points.extend(stage::on_axis(&scene, optics.focus_plane(), most).map(|p| p.map(|x| 1.5 * x)));
-    let bounds = stage::around(&scene, &points)?;
+    let bounds = stage::around_limits(&scene)?;
     let meeting = match optics.hinge_distance() {
         Some(j) => format!("All limits meet in the hinge line, *J* = {} from the lens.", length(j)),
         None => "Lens and film are parallel: the limits are parallel too, their hinge line is at infinity."
@@ -119,7 +115,9 @@ fn limits(stage: &Stage, scene: &Scene, canvas: &mut Canvas, all: &[Optics], num
                 let toward = if name == "near" { [0.0, -1.0] } else { [0.0, 1.0] };
                 let mut anchors = vec![[a[0] + 0.93 * (b[0] - a[0]), a[1] + 0.93 * (b[1] - a[1])]];
                 anchors.extend(along(a, b));
-                canvas.label(Label::new(words, scene.theme.depth.word, anchors).toward(toward));
+                canvas.label(
+                    Label::new(words, scene.theme.depth.word, anchors).toward(toward).beside((a, b), 0.88),
+                );
             }
         }
     }

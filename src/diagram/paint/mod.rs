@@ -4,3 +4,4 @@ pub(crate) mod pdf;
 mod pdf_font;
 pub(crate) mod pixels;
 pub(crate) mod svg;
+mod svg_letters;

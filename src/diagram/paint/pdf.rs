@@ -231,7 +231,7 @@ impl Painter {
         let glyphs = lettering::place(text)?;
         if self.text_as == TextAs::Paths {
             for glyph in glyphs {
-                let outline = lettering::outline(glyph.face, glyph.character, glyph.size)?;
+                let outline = lettering::outline(glyph.face, glyph.character, glyph.size, text.along)?;
                 if !outline.is_empty() {
                     self.segments(&outline, glyph.at);
                     self.content.fill_nonzero();
@@ -241,7 +241,7 @@ impl Painter {
         }
         self.content.begin_text();
         // A run at a time: its letters follow one another by their own widths.
-        for run in glyphs.chunk_by(|a, b| a.face == b.face && a.size == b.size && a.at[1] == b.at[1]) {
+        for run in glyphs.chunk_by(|a, b| a.run == b.run) {
             let Some(first) = run.first() else { continue };
             let used = self.used.entry(first.face).or_default();
             let mut codes = Vec::with_capacity(2 * run.len());
@@ -250,7 +250,8 @@ impl Painter {
                 codes.extend(lettering::glyph(glyph.face, glyph.character)?.to_be_bytes());
             }
             self.content.set_font(pdf_font::name(first.face), mm(first.size));
-            self.content.set_text_matrix([1.0, 0.0, 0.0, -1.0, mm(first.at[0]), mm(first.at[1])]);
+            let [c, s] = text.along.map(|x| x as f32);
+            self.content.set_text_matrix([c, s, s, -c, mm(first.at[0]), mm(first.at[1])]);
             self.content.show(Str(&codes));
         }
         self.content.end_text();
@@ -324,10 +325,9 @@ fn write(list: &DisplayList, painter: Painter) -> Result<Vec<u8>> {
     let pressed = compress_to_vec_zlib(&painter.content.finish(), LEVEL);
     pdf.stream(content_id, &pressed).filter(Filter::FlateDecode);
     for (id, raster) in rasters {
-        let pressed = compress_to_vec_zlib(&raster.pixels, LEVEL);
-        let mut image = pdf.image_xobject(id, &pressed);
+        let mut image = pdf.image_xobject(id, &raster.jpeg);
         let [width, height] = raster.size.map(|side| i32::try_from(side).unwrap_or(i32::MAX));
-        image.filter(Filter::FlateDecode);
+        image.filter(Filter::DctDecode);
         image.width(width).height(height).bits_per_component(8).interpolate(true);
         image.color_space().device_rgb();
     }

@@ -62,7 +62,8 @@ pub(crate) fn png(list: &DisplayList, scale: f64) -> Result<Vec<u8>> {
 struct Painter {
     pixmap: skia::Pixmap,
     transform: skia::Transform,
-    glyphs: BTreeMap<(Face, char, u64), Vec<Segment>>,
+    /// Outlines by letter, size and direction.
+    glyphs: BTreeMap<(Face, char, u64, [u64; 2]), Vec<Segment>>,
 }
 
 impl Painter {
@@ -113,9 +114,9 @@ impl Painter {
     fn text(&mut self, text: &Text) -> Result<()> {
         let paint = flat(text.color, 1.0);
         for glyph in lettering::place(text)? {
-            let key = (glyph.face, glyph.character, glyph.size.to_bits());
+            let key = (glyph.face, glyph.character, glyph.size.to_bits(), text.along.map(f64::to_bits));
             if let std::collections::btree_map::Entry::Vacant(slot) = self.glyphs.entry(key) {
-                slot.insert(lettering::outline(glyph.face, glyph.character, glyph.size)?);
+                slot.insert(lettering::outline(glyph.face, glyph.character, glyph.size, text.along)?);
             }
             if let Some(path) = self.glyphs.get(&key).and_then(|segments| outline(segments, glyph.at)) {
                 self.pixmap.fill_path(&path, &paint, skia::FillRule::Winding, self.transform, None);

@@ -1,9 +1,14 @@
 //! In: a display list. Out: SVG 1.1, one user unit a millimetre, no blank line, no `transform`, no style sheet but
 //! the rules that turn a figure dark.
 //!
-//! Letters are outlines, each defined once for its size and used wherever it stands, or `<text>` for files that
-//! shall stay searchable. Ids begin with a hash of the content, so that several figures can share a document.
+//! Level letters are outlines, each defined once for its size and used wherever it stands, turned ones a path a line; or
+//! `<text>` for files that shall stay searchable. Ids begin with a hash of the content, so that several figures can share a document.
+//!
+//! Nothing in a panel carries `transform`. Turned outlines need none; turned `<text>` does, so it follows the panel in
+//! which it stands, as a `label` of its own: `textPath` and lists of places and rotations, which would do without, are drawn
+//! by few readers.
 
+use super::svg_letters::{Letters, pen};
 use crate::diagram::display_list::{
     Color, DisplayList, Face, Fill, Geometry, Group, Item, Point, Raster, Recoloring, Segment, Shape, Stroke,
     Text,
@@ -27,7 +32,7 @@ pub enum TextAs {
 
 pub(crate) fn paint(list: &DisplayList, text_as: TextAs) -> Result<String> {
     let draft = document(list, text_as, "")?;
-    let prefix = format!("gg{:08x}-", fnv(draft.as_bytes()) as u32);
+    let prefix = prefix(fnv(draft.as_bytes()));
     Ok(document(list, text_as, &prefix)? + "\n")
 }
 
@@ -39,6 +44,12 @@ fn fnv(bytes: &[u8]) -> u64 {
     hash ^ (hash >> 32)
 }
 
+/// What ids of a figure begin with: a letter, and five digits to the base 36, since every letter's place repeats it.
+fn prefix(hash: u64) -> String {
+    let digit = |i: u32| char::from_digit((hash / 36_u64.pow(i) % 36) as u32, 36).unwrap_or('0');
+    std::iter::once('g').chain((0..5).map(digit)).collect()
+}
+
 fn document(list: &DisplayList, text_as: TextAs, prefix: &str) -> Result<String> {
     let mut painter = Painter {
         text_as,
@@ -47,6 +58,8 @@ fn document(list: &DisplayList, text_as: TextAs, prefix: &str) -> Result<String>
         glyphs: BTreeMap::new(),
         definitions: Vec::new(),
         fades: Vec::new(),
+        in_panel: false,
+        after: Vec::new(),
     };
     let mut body = Vec::new();
     let paper = list.background.filter(|_| !matches!(list.recoloring, Recoloring::ToText { .. }));
@@ -95,7 +108,7 @@ fn document(list: &DisplayList, text_as: TextAs, prefix: &str) -> Result<String>
     for element in body {
         root.append(element);
     }
-    Ok(root.to_string())
+    Ok(root.to_string().replace(&format!("\n{GLUE}"), "").replace(&format!("{GLUE}\n"), ""))
 }
 
 /// Rules for dark pages: whatever of the figure has one colour gets the other.
@@ -118,13 +131,30 @@ struct Painter<'a> {
     glyphs: BTreeMap<(Face, char, u64), Option<String>>,
     definitions: Vec<Element>,
     fades: Vec<Fill>,
+    in_panel: bool,
+    /// Turned text that waits for the end of its panel.
+    after: Vec<Element>,
 }
 
 impl Painter<'_> {
     fn items(&mut self, items: &[Item], into: &mut Vec<Element>) -> Result<()> {
         for item in items {
             let element = match item {
-                Item::Group(group) => self.group(group)?,
+                Item::Group(group) => {
+                    self.in_panel |= group.panel.is_some();
+                    into.extend(self.group(group)?);
+                    if group.panel.is_some() {
+                        self.in_panel = false;
+                        into.append(&mut self.after);
+                    }
+                    continue;
+                }
+                Item::Text(text) if self.in_panel && self.text_as == TextAs::Text && text.is_turned() => {
+                    let mut label = with("g", &[("data-part", "label".to_owned())]);
+                    label.append(plain_text(text, self.color(text.color)));
+                    self.after.push(label);
+                    continue;
+                }
                 Item::Shape(shape) => self.shape(shape),
                 Item::Text(text) => self.text(text)?,
                 Item::Raster(raster) => image(raster),
@@ -134,7 +164,8 @@ impl Painter<'_> {
         Ok(())
     }
 
-    fn group(&mut self, group: &Group) -> Result<Element> {
+    /// A group; `None` where all that it holds waits for the end of the panel.
+    fn group(&mut self, group: &Group) -> Result<Option<Element>> {
         let mut element = Element::new("g");
         if let Some(part) = group.part {
             element.assign("data-part", part);
@@ -152,10 +183,11 @@ impl Painter<'_> {
         }
         let mut children = Vec::new();
         self.items(&group.items, &mut children)?;
+        let all_wait = children.is_empty() && !group.items.is_empty();
         for child in children {
             element.append(child);
         }
-        Ok(element)
+        Ok((!all_wait).then_some(element))
     }
 
     fn shape(&mut self, shape: &Shape) -> Element {
@@ -238,10 +270,18 @@ impl Painter<'_> {
             return Ok(plain_text(text, self.color(text.color)));
         }
         let mut group = with("g", &[("aria-label", text.plain()), ("fill", self.color(text.color))]);
+        if text.is_turned() {
+            let mut line = Letters::default();
+            for glyph in lettering::place(text)? {
+                line.add(&lettering::outline(glyph.face, glyph.character, glyph.size, text.along)?, glyph.at);
+            }
+            group.append(with("path", &[("d", line.data)]));
+            return Ok(group);
+        }
         for glyph in lettering::place(text)? {
             if let Some(id) = self.glyph(glyph.face, glyph.character, glyph.size)? {
                 let [x, y] = glyph.at;
-                group.append(with("use", &[("href", format!("#{id}")), ("x", mm(x)), ("y", mm(y))]));
+                group.append(with("use", &[("href", format!("#{id}")), ("x", pen(x)), ("y", pen(y))]));
             }
         }
         Ok(group)
@@ -253,10 +293,12 @@ impl Painter<'_> {
         if let Some(id) = self.glyphs.get(&key) {
             return Ok(id.clone());
         }
-        let outline = lettering::outline(face, character, size)?;
+        let outline = lettering::outline(face, character, size, [1.0, 0.0])?;
         let id = (!outline.is_empty()).then(|| format!("{}{}", self.prefix, self.glyphs.len()));
         if let Some(id) = &id {
-            self.definitions.push(with("path", &[("id", id.clone()), ("d", path_data(&outline))]));
+            let mut letter = Letters::default();
+            letter.add(&outline, [0.0; 2]);
+            self.definitions.push(with("path", &[("id", id.clone()), ("d", letter.data)]));
         }
         self.glyphs.insert(key, id.clone());
         Ok(id)
@@ -274,7 +316,7 @@ fn image(raster: &Raster) -> Element {
             ("width", mm(right - left)),
             ("height", mm(bottom - top)),
             ("preserveAspectRatio", "none".to_owned()),
-            ("href", format!("data:image/png;base64,{}", base64(&raster.png))),
+            ("href", format!("data:image/jpeg;base64,{}", base64(&raster.jpeg))),
         ],
     )
 }
@@ -306,30 +348,39 @@ fn plain_text(text: &Text, color: String) -> Element {
             ("xml:space", "preserve".to_owned()),
         ],
     );
-    // One line: white space between the pieces would be drawn.
+    if text.is_turned() {
+        let degrees = libm::atan2(text.along[1], text.along[0]).to_degrees();
+        let turn = format!("rotate({} {} {})", mm(degrees), mm(text.at[0]), mm(text.at[1]));
+        element.assign("transform", turn);
+    }
+    let mut line = String::from(GLUE);
     let mut drop = 0.0;
     for run in &text.runs {
-        let words = svg::node::Text::new(run.text.as_str());
+        let words = run.text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
         if run.face == Face::Regular && run.script.drop() == drop && run.script.size() == 1.0 {
-            element.append(words);
+            line.push_str(&words);
             continue;
         }
-        let mut span = Element::new("tspan");
+        line.push_str("<tspan");
         if run.face == Face::Oblique {
-            span.assign("font-style", "italic");
+            line.push_str(" font-style=\"italic\"");
         }
         if run.script.size() < 1.0 {
-            span.assign("font-size", mm(text.size * run.script.size()));
+            line.push_str(&format!(" font-size=\"{}\"", mm(text.size * run.script.size())));
         }
         if run.script.drop() != drop {
-            span.assign("dy", mm(text.size * (run.script.drop() - drop)));
+            line.push_str(&format!(" dy=\"{}\"", mm(text.size * (run.script.drop() - drop))));
             drop = run.script.drop();
         }
-        span.append(words);
-        element.append(svg::node::Blob::new(span.to_string()));
+        line.push_str(&format!(">{words}</tspan>"));
     }
+    element.append(svg::node::Blob::new(line + GLUE));
     element
 }
+
+/// Takes out the line feed that the writer of elements puts beside it: white space in a text would be drawn. No document
+/// of XML can hold it otherwise.
+const GLUE: &str = "\u{1}";
 
 fn with(name: &str, attributes: &[(&str, String)]) -> Element {
     let mut element = Element::new(name);
