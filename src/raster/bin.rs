@@ -15,25 +15,28 @@ use rayon::prelude::*;
 /// Triangles and vertices that a parallel task takes at a time; the result does not depend on it.
 const CHUNK: usize = 4096;
 
-/// A triangle that may be seen.
-#[derive(Clone, Copy, Debug, Default)]
+/// A triangle that may be seen: all that its set-up needs lies together, since tiles come by it again and again.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
-    /// Its number in the scene, and its corners.
+    /// Its number in the scene.
     pub triangle: u32,
-    pub corners: [u32; 3],
     /// The depth of its nearest corner; 0 behind the lens.
     pub nearest: f32,
+    /// Its corners, lens frame.
+    pub corners: [DVec3; 3],
+    /// Whether all of them lie in the frustum.
+    pub is_inside: bool,
 }
 
-/// Pixel boxes of vertices and crossing triangles, the order of triangles and the bins.
+/// The candidates, and which of them may touch which tile.
 pub(crate) struct Bins {
-    cells: usize,
-    vertex_boxes: Vec<PixelBox>,
-    /// Triangles that leave the frustum, by number, and their boxes.
-    crossing: Vec<u32>,
-    crossing_boxes: Vec<PixelBox>,
     candidates: Vec<Candidate>,
-    /// Places in `candidates`, by tile.
+    /// For each candidate and cell the pixels that it can reach.
+    boxes: Vec<PixelBox>,
+    cells: usize,
+    /// Places in `candidates`, nearest first.
+    order: Vec<u32>,
+    /// Places in `order`, by tile.
     lists: TileLists,
     pub tiles_x: u32,
     pub tiles_y: u32,
@@ -48,27 +51,46 @@ impl Bins {
         positions: &[DVec3],
         triangles: &[[u32; 3]],
     ) -> Self {
-        let frustum = Frustum::new(view);
-        let mut vertex_boxes = vec![PixelBox::OUTSIDE; positions.len() * cells.len()];
-        vertex_boxes
-            .par_chunks_mut(CHUNK * cells.len())
-            .zip(positions.par_chunks(CHUNK))
-            .for_each(|(boxes, points)| point_boxes(simd, view, Some(&frustum), cells, points, boxes));
-
-        let mut bins = Self {
-            cells: cells.len(),
-            vertex_boxes,
-            crossing: Vec::new(),
-            crossing_boxes: Vec::new(),
-            candidates: Vec::new(),
-            lists: TileLists::default(),
-            tiles_x: view.width.div_ceil(TILE),
-            tiles_y: view.height.div_ceil(TILE),
+        let boxes = Boxes::new(simd, view, cells, positions, triangles);
+        let (tiles_x, tiles_y) = (view.width.div_ceil(TILE), view.height.div_ceil(TILE));
+        // What touches the picture, in the order of the scene: neighbours there are neighbours in space, and memory.
+        let found: Vec<Found> = triangles
+            .par_chunks(CHUNK)
+            .enumerate()
+            .map(|(chunk, triangles)| {
+                let mut found = Found::default();
+                for (t, &vertices) in (chunk * CHUNK..).zip(triangles) {
+                    let triangle = t as u32;
+                    let each = (0..cells.len()).map(|cell| boxes.of(triangle, vertices, cell));
+                    let first = found.boxes.len();
+                    found.boxes.extend(each);
+                    let all = found.boxes[first..].iter().copied().fold(PixelBox::EMPTY, PixelBox::union);
+                    let Some(tiles) = tiles(view, all) else {
+                        found.boxes.truncate(first);
+                        continue;
+                    };
+                    let corners = vertices.map(|v| positions[v as usize]);
+                    let key = key(corners[0].z.min(corners[1].z).min(corners[2].z));
+                    let (nearest, is_inside) = (f32::from_bits(key), boxes.are_inside(vertices));
+                    found.candidates.push(Candidate { triangle, nearest, corners, is_inside });
+                    found.tiles.push(tiles);
+                }
+                found
+            })
+            .collect();
+        drop(boxes);
+        let together = Found {
+            candidates: concat(&found, |found| &found.candidates),
+            boxes: concat(&found, |found| &found.boxes),
+            tiles: concat(&found, |found| &found.tiles),
         };
-        bins.box_crossing(simd, view, &frustum, cells, positions, triangles);
-        let tiles = bins.choose(view, positions, triangles);
-        bins.lists = TileLists::new(bins.tiles_x, bins.tiles_y, &tiles);
-        bins
+        drop(found);
+        let Found { candidates, boxes, tiles } = together;
+        let keys: Vec<u32> = candidates.par_iter().map(|candidate| candidate.nearest.to_bits()).collect();
+        let order = by_key(&keys);
+        let tiles: Vec<Tiles> = order.par_iter().map(|&place| tiles[place as usize]).collect();
+        let lists = TileLists::new(tiles_x, tiles_y, &tiles);
+        Self { candidates, boxes, order, cells: cells.len(), lists, tiles_x, tiles_y }
     }
 
     /// How many entries the lists have.
@@ -76,19 +98,68 @@ impl Bins {
         self.lists.entries()
     }
 
-    /// The next triangles, at most 16, that may touch tile `(x, y)`, nearest first; fewer at the end.
-    pub(crate) fn take(&self, tile: (u32, u32), cursor: &mut Cursor, out: &mut [Candidate; LANES]) -> usize {
-        let mut places = [0; LANES];
-        let count = self.lists.next(tile, cursor, &mut places);
-        for (out, &place) in out.iter_mut().zip(&places[..count]) {
-            *out = self.candidates[place as usize];
+    /// The next candidates, at most 16, that may touch tile `(x, y)`, nearest first; tells how many, fewer at the end.
+    pub(crate) fn next(&self, tile: (u32, u32), cursor: &mut Cursor, out: &mut [u32; LANES]) -> usize {
+        let count = self.lists.next(tile, cursor, out);
+        for place in &mut out[..count] {
+            *place = self.order[*place as usize];
         }
         count
     }
 
+    /// A candidate, and for each cell the pixels that it can reach from lens points there.
+    pub(crate) fn candidate(&self, place: u32) -> (&Candidate, &[PixelBox]) {
+        let first = place as usize * self.cells;
+        (&self.candidates[place as usize], &self.boxes[first..first + self.cells])
+    }
+}
+
+/// What one task finds: candidates, their boxes and the tiles that they touch.
+#[derive(Default)]
+struct Found {
+    candidates: Vec<Candidate>,
+    boxes: Vec<PixelBox>,
+    tiles: Vec<Tiles>,
+}
+
+fn concat<T: Copy>(found: &[Found], part: impl Fn(&Found) -> &Vec<T>) -> Vec<T> {
+    let mut all = Vec::with_capacity(found.iter().map(|found| part(found).len()).sum());
+    found.iter().for_each(|found| all.extend_from_slice(part(found)));
+    all
+}
+
+/// Pixel boxes of vertices, and of triangles that leave the frustum.
+struct Boxes {
+    cells: usize,
+    vertices: Vec<PixelBox>,
+    /// Triangles that leave the frustum but for a part, by number, and that part's boxes.
+    crossing: Vec<u32>,
+    crossing_boxes: Vec<PixelBox>,
+}
+
+impl Boxes {
+    fn new(
+        simd: Level,
+        view: &View,
+        cells: &[LensCell],
+        positions: &[DVec3],
+        triangles: &[[u32; 3]],
+    ) -> Self {
+        let frustum = Frustum::new(view);
+        let mut vertices = vec![PixelBox::OUTSIDE; positions.len() * cells.len()];
+        vertices
+            .par_chunks_mut(CHUNK * cells.len())
+            .zip(positions.par_chunks(CHUNK))
+            .for_each(|(boxes, points)| point_boxes(simd, view, Some(&frustum), cells, points, boxes));
+        let mut boxes =
+            Self { cells: cells.len(), vertices, crossing: Vec::new(), crossing_boxes: Vec::new() };
+        boxes.cross(simd, view, &frustum, cells, positions, triangles);
+        boxes
+    }
+
     /// The pixels that triangle `t` with these corners can reach from the lens points of `cell`.
-    pub(crate) fn triangle_box(&self, t: u32, corners: [u32; 3], cell: usize) -> PixelBox {
-        let boxes = corners.map(|v| self.vertex_boxes[v as usize * self.cells + cell]);
+    fn of(&self, t: u32, corners: [u32; 3], cell: usize) -> PixelBox {
+        let boxes = corners.map(|v| self.vertices[v as usize * self.cells + cell]);
         if boxes.contains(&PixelBox::OUTSIDE) {
             return match self.crossing.binary_search(&t) {
                 Ok(at) => self.crossing_boxes[at * self.cells + cell],
@@ -98,13 +169,13 @@ impl Bins {
         boxes[0].union(boxes[1]).union(boxes[2])
     }
 
-    /// Whether all corners lie in the frustum.
-    pub(crate) fn in_front(&self, corners: [u32; 3]) -> bool {
-        corners.iter().all(|&v| self.vertex_boxes[v as usize * self.cells] != PixelBox::OUTSIDE)
+    /// Whether these vertices all lie in the frustum.
+    fn are_inside(&self, corners: [u32; 3]) -> bool {
+        corners.iter().all(|&v| self.vertices[v as usize * self.cells] != PixelBox::OUTSIDE)
     }
 
     /// Finds the triangles that leave the frustum but for a part, and that part's boxes.
-    fn box_crossing(
+    fn cross(
         &mut self,
         simd: Level,
         view: &View,
@@ -120,7 +191,7 @@ impl Bins {
                 let (mut numbers, mut boxes) = (Vec::new(), Vec::new());
                 let mut each = Vec::new();
                 for (t, corners) in (chunk * CHUNK..).zip(triangles) {
-                    if self.in_front(*corners) {
+                    if self.are_inside(*corners) {
                         continue;
                     }
                     let clipped = frustum.clip(corners.map(|v| positions[v as usize]));
@@ -143,35 +214,6 @@ impl Bins {
             self.crossing.extend(numbers);
             self.crossing_boxes.extend(boxes);
         }
-    }
-
-    /// Makes the list of triangles that touch the picture, nearest first, and says which tiles each touches.
-    fn choose(&mut self, view: &View, positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<Tiles> {
-        let chunks: Vec<Vec<(Candidate, Tiles)>> = triangles
-            .par_chunks(CHUNK)
-            .enumerate()
-            .map(|(chunk, triangles)| {
-                let found = (chunk * CHUNK..).zip(triangles).filter_map(|(t, &corners)| {
-                    let triangle = t as u32;
-                    let tiles = tiles(
-                        view,
-                        (0..self.cells)
-                            .map(|cell| self.triangle_box(triangle, corners, cell))
-                            .fold(PixelBox::EMPTY, PixelBox::union),
-                    )?;
-                    let depth = corners.map(|v| positions[v as usize].z);
-                    let nearest = f32::from_bits(key(depth[0].min(depth[1]).min(depth[2])));
-                    Some((Candidate { triangle, corners, nearest }, tiles))
-                });
-                found.collect()
-            })
-            .collect();
-        let found: Vec<(Candidate, Tiles)> = chunks.concat();
-        let keys: Vec<u32> = found.iter().map(|(candidate, _)| candidate.nearest.to_bits()).collect();
-        let order = by_key(&keys);
-        let (candidates, tiles) = order.par_iter().map(|&place| found[place as usize]).unzip();
-        self.candidates = candidates;
-        tiles
     }
 }
 

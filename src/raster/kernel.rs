@@ -8,7 +8,8 @@
 //! One generic source for every SIMD level. Multiply and add stay apart: a fused product rounds
 //! differently, and the same bytes are wanted at every level.
 
-use super::setup::{Bilinear, Block, TileFilm};
+use super::film::TileFilm;
+use super::setup::{Bilinear, Block};
 use super::tile::Spans;
 use super::view::Batch;
 use super::visibility::Visibility;
@@ -148,7 +149,7 @@ fn cover_one<S: Simd>(
         }
         blocks = found.union;
         // Small triangles far apart for different lens points: one lens point and 16 blocks at a time.
-        if !visit.cutout && visit.near.is_none() && 6 * found.row_visits < (x1 - x0 + 1) * (y1 - y0 + 1) {
+        if !visit.cutout && visit.near.is_none() && 6 * found.patches < (x1 - x0 + 1) * (y1 - y0 + 1) {
             boxes = Some(found);
         }
     }

@@ -9,7 +9,8 @@
 //!   of the aperture.
 //! * [`order`]: nearest first.
 //! * [`bin`], [`lists`]: which triangles may touch which tile of 32 x 32 pixels, in that order.
-//! * [`setup`]: the edge functions of 16 triangles about a tile's centre, once a sample may see them.
+//! * [`film`]: a tile's centre, and the function of an edge or face there.
+//! * [`setup`]: these functions of 16 triangles, once a sample may see them.
 //! * [`kernel`]: one triangle for 16 samples: its functions at 16 lens points, then coverage and depth by
 //!   [`regions`] (block by block) or [`scatter`] (lens point by lens point).
 //! * [`visibility`]: what is seen, and the groups of samples that see the same.
@@ -32,12 +33,13 @@
 
 pub(crate) mod bin;
 pub(crate) mod bounds;
+pub(crate) mod film;
 pub(crate) mod kernel;
 mod lists;
 mod order;
 mod regions;
 mod scatter;
-pub(crate) mod setup;
+mod setup;
 pub(crate) mod tile;
 pub(crate) mod view;
 pub(crate) mod visibility;

@@ -1,4 +1,4 @@
-//! Coverage and depth of a small triangle, lens point by lens point: 16 blocks of a row at a time.
+//! Coverage and depth of a small triangle, lens point by lens point: a patch of 4 x 4 blocks at a time.
 //!
 //! Out of focus, 16 lens points see a small triangle in 16 places. Drawn block by block all of the blocks
 //! between would be visited; drawn lens point by lens point only its own. The sums are the same in the same
@@ -18,8 +18,8 @@ pub(super) struct LaneBoxes {
     y1: [i32; LANES],
     /// All of them: columns and rows, first and last; empty where a last comes before its first.
     pub union: [i32; 4],
-    /// Rows of 16 blocks that drawing lane by lane would visit.
-    pub row_visits: i32,
+    /// Patches that drawing lane by lane would visit.
+    pub patches: i32,
 }
 
 /// Lens point by lens point, the first and last block whose sample can lie in triangle `lane`, within `blocks`.
@@ -57,17 +57,9 @@ pub(super) fn lane_boxes<S: Simd>(
         some.select(y0, most).reduce_min(),
         some.select(y1, least).reduce_max(),
     ];
-    // A row of more than 16 blocks is visited twice.
-    let visits = w.simd_gt(i32x16::splat(simd, LANES as i32)).select(h + h, h);
-    let row_visits = some.select(visits, zero).reduce_sum();
-    LaneBoxes {
-        x0: x0.to_array(),
-        x1: x1.to_array(),
-        y0: y0.to_array(),
-        y1: y1.to_array(),
-        union,
-        row_visits,
-    }
+    let three = i32x16::splat(simd, PATCH - 1);
+    let patches = some.select(((w + three) >> 2) * ((h + three) >> 2), zero).reduce_sum();
+    LaneBoxes { x0: x0.to_array(), x1: x1.to_array(), y0: y0.to_array(), y1: y1.to_array(), union, patches }
 }
 
 #[inline(always)]
@@ -109,7 +101,8 @@ pub(super) fn draw<S: Simd>(
 ) {
     let half = 0.5 * TILE as f32;
     let zero = f32x16::splat(simd, 0.0);
-    let count = f32x16::load_array(simd, COUNT);
+    let column = f32x16::load_array(simd, COLUMN);
+    let row = f32x16::load_array(simd, ROW);
     let step = functions.step;
     let live = functions.live.to_bitmask();
     let [a0, ax, ay] = arrays(functions.a);
@@ -117,47 +110,51 @@ pub(super) fn draw<S: Simd>(
     let [c0, cx, cy] = arrays(functions.c);
     let [z0, zx, zy] = arrays(functions.z);
     for lane in 0..LANES {
-        let (x0, x1) = (boxes.x0[lane], boxes.x1[lane]);
+        let (x0, x1, y0, y1) = (boxes.x0[lane], boxes.x1[lane], boxes.y0[lane], boxes.y1[lane]);
         if live >> lane & 1 == 0 || x0 > x1 {
             continue;
         }
-        for row in boxes.y0[lane]..=boxes.y1[lane] {
-            let y = row as f32 * step.1 - half;
-            let (ra, rb) = (a0[lane] + ay[lane] * y, b0[lane] + by[lane] * y);
-            let (rc, rz) = (c0[lane] + cy[lane] * y, z0[lane] + zy[lane] * y);
-            let first = row as usize * seen.columns;
-            let mut start = x0;
-            while start <= x1 {
-                let x = (count + start as f32) * step.0 - half;
+        let mut top = y0;
+        while top <= y1 {
+            let y = (row + top as f32) * step.1 - half;
+            let (ra, rb) = (y * ay[lane] + a0[lane], y * by[lane] + b0[lane]);
+            let (rc, rz) = (y * cy[lane] + c0[lane], y * zy[lane] + z0[lane]);
+            let rows = (1 << (PATCH * (y1 - top + 1).min(PATCH))) - 1;
+            let mut left = x0;
+            while left <= x1 {
+                let x = (column + left as f32) * step.0 - half;
                 let hit = (x * ax[lane] + ra).simd_ge(zero)
                     & (x * bx[lane] + rb).simd_ge(zero)
                     & (x * cx[lane] + rc).simd_ge(zero);
-                let wanted = (x1 - start + 1).min(LANES as i32);
-                let mut bits = hit.to_bitmask() & ((1 << wanted) - 1);
+                let columns = 0x1111 * ((1 << (x1 - left + 1).min(PATCH)) - 1);
+                let mut bits = hit.to_bitmask() & rows & columns;
                 if bits != 0 {
                     let z = (x * zx[lane] + rz).to_array();
                     while bits != 0 {
-                        let column = bits.trailing_zeros() as usize % LANES;
+                        let bit = bits.trailing_zeros() as usize % LANES;
                         bits &= bits - 1;
-                        let at = start as usize + column;
-                        if let (Some(depth), Some(ids)) =
-                            (seen.depth.get_mut(first + at), seen.id.get_mut(first + at))
-                            && z[column] > depth[lane]
+                        let (column, row) = (left as usize + bit % 4, top as usize + bit / 4);
+                        let at = row * seen.columns + column;
+                        if let (Some(depth), Some(ids)) = (seen.depth.get_mut(at), seen.id.get_mut(at))
+                            && z[bit] > depth[lane]
                         {
-                            depth[lane] = z[column];
+                            depth[lane] = z[bit];
                             ids[lane] = id;
-                            seen.touch(at / REGION, row as usize / REGION);
+                            seen.touch(column / REGION, row / REGION);
                         }
                     }
                 }
-                start += LANES as i32;
+                left += PATCH;
             }
+            top += PATCH;
         }
     }
 }
 
-const COUNT: [f32; LANES] =
-    [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
+/// Blocks on the side of a patch, and which of it each lane is.
+const PATCH: i32 = 4;
+const COLUMN: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
+const ROW: [f32; LANES] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 3.0, 3.0, 3.0, 3.0];
 
 #[inline(always)]
 fn arrays<S: Simd>([c, x, y]: [f32x16<S>; 3]) -> [[f32; LANES]; 3] {

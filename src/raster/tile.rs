@@ -3,21 +3,20 @@
 //! Triangles are set up 16 at a time, and only when a batch comes to them: what lies behind all that the batches
 //! see, nearest corner and all, is never touched.
 
-use super::bin::{Bins, Candidate};
+use super::bin::Bins;
+use super::film::TileFilm;
 use super::kernel::{Opaque, Visits, cover};
 use super::lists::Cursor;
-use super::setup::{Block, Corners, TileFilm};
+use super::setup::{Block, Corners};
 use super::view::{Batch, View};
 use super::visibility::{Group, Visibility, group, singles};
 use super::{LANES, TILE};
 use fearless_simd::Level;
-use glam::DVec3;
 
 /// The geometry to draw, in the lens frame.
 pub(crate) struct Geometry<'a> {
     pub view: &'a View,
     pub bins: &'a Bins,
-    pub positions: &'a [DVec3],
     /// For each triangle, whether samples may pass through it.
     pub cutout: &'a [bool],
     /// The surface that a triangle is part of, and how many surfaces there are. Which surface is seen is all
@@ -37,12 +36,16 @@ pub(crate) struct Spans {
     pub some: u16,
 }
 
+impl Spans {
+    const NONE: Self = Self { blocks: [[1, 0, 1, 0]; LANES], some: 0 };
+}
+
 /// What one thread reuses from tile to tile.
 pub(crate) struct TileScratch {
     tile: (u32, u32),
     cursor: Cursor,
-    /// The triangles to be set up next.
-    next: [Candidate; LANES],
+    /// The candidates to be set up next.
+    next: [u32; LANES],
     waiting: usize,
     /// Set-ups, of which the first `ready` are this tile's, and cell by cell their spans.
     blocks: Vec<Block>,
@@ -67,7 +70,7 @@ impl Default for TileScratch {
         Self {
             tile: (0, 0),
             cursor: Cursor::default(),
-            next: [Candidate::default(); LANES],
+            next: [0; LANES],
             waiting: 0,
             blocks: Vec::new(),
             ready: 0,
@@ -95,7 +98,7 @@ impl TileScratch {
     ) -> TileFilm {
         self.tile = tile;
         self.cursor = Cursor::default();
-        self.waiting = geometry.bins.take(tile, &mut self.cursor, &mut self.next);
+        self.waiting = geometry.bins.next(tile, &mut self.cursor, &mut self.next);
         self.cells = cells;
         self.block = block;
         self.ready = 0;
@@ -125,7 +128,8 @@ impl TileScratch {
                 if self.waiting == 0 {
                     break;
                 }
-                let nearest = (film.deepest / f64::from(self.next[0].nearest)) as f32 * 1.000_01;
+                let (first, _) = geometry.bins.candidate(self.next[0]);
+                let nearest = (film.deepest / f64::from(first.nearest)) as f32 * 1.000_01;
                 if self.seen.hides(nearest, batch.live) {
                     break;
                 }
@@ -158,16 +162,16 @@ impl TileScratch {
         let block = &mut self.blocks[self.ready];
         let (mut corners, mut depths): (Corners, _) = ([[[0.0; LANES]; 3]; 3], [0.0; LANES]);
         (block.imaged, block.near, block.cutout) = (0, 0, 0);
-        for (lane, candidate) in self.next.iter().take(self.waiting).enumerate() {
-            for (corner, &vertex) in corners.iter_mut().zip(&candidate.corners) {
-                let place = geometry.positions[vertex as usize];
+        for (lane, &place) in self.next.iter().take(self.waiting).enumerate() {
+            let (candidate, _) = bins.candidate(place);
+            for (corner, place) in corners.iter_mut().zip(&candidate.corners) {
                 corner[0][lane] = place.x;
                 corner[1][lane] = place.y;
                 corner[2][lane] = place.z;
             }
             depths[lane] = candidate.nearest;
             block.triangles[lane] = candidate.triangle;
-            block.imaged |= u16::from(bins.in_front(candidate.corners)) << lane;
+            block.imaged |= u16::from(candidate.is_inside) << lane;
             let near = f64::from(candidate.nearest) < geometry.view.near * (1.0 + 1e-6);
             block.near |= u16::from(near) << lane;
             block.cutout |= u16::from(geometry.cutout[candidate.triangle as usize]) << lane;
@@ -175,19 +179,20 @@ impl TileScratch {
         film.set_up(level, &corners, &depths, block);
         block.live &= (0xffff_u32 >> (LANES - self.waiting)) as u16;
 
-        let live = |lane: usize| block.live >> lane & 1 == 1;
-        for (lane, candidate) in self.next.iter().enumerate().filter(|(lane, _)| live(*lane)) {
-            let met = &mut self.met[(geometry.surface)(candidate.triangle) as usize];
+        let first = self.spans.len();
+        self.spans.resize(first + self.cells, Spans::NONE);
+        let mut rest = block.live;
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize;
+            rest &= rest - 1;
+            let met = &mut self.met[(geometry.surface)(block.triangles[lane]) as usize];
             if met.0 != self.tiles {
                 *met = (self.tiles, self.surfaces.len() as u32);
-                self.surfaces.push(candidate.triangle);
+                self.surfaces.push(block.triangles[lane]);
             }
             block.ids[lane] = met.1;
-        }
-        for cell in 0..self.cells {
-            let mut spans = Spans { blocks: [[1, 0, 1, 0]; LANES], some: 0 };
-            for (lane, candidate) in self.next.iter().enumerate().filter(|(lane, _)| live(*lane)) {
-                let pixels = bins.triangle_box(candidate.triangle, candidate.corners, cell);
+            let (_, boxes) = bins.candidate(self.next[lane]);
+            for (spans, pixels) in self.spans[first..].iter_mut().zip(boxes) {
                 let columns = range(pixels.x0, pixels.x1, self.tile.0, self.block.0);
                 let rows = range(pixels.y0, pixels.y1, self.tile.1, self.block.1);
                 if let (Some((x0, x1)), Some((y0, y1))) = (columns, rows) {
@@ -195,10 +200,9 @@ impl TileScratch {
                     spans.some |= 1 << lane;
                 }
             }
-            self.spans.push(spans);
         }
         self.ready += 1;
-        self.waiting = bins.take(self.tile, &mut self.cursor, &mut self.next);
+        self.waiting = bins.next(self.tile, &mut self.cursor, &mut self.next);
     }
 
     /// Sorts the samples of the batch that was drawn by what they see.

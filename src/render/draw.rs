@@ -3,7 +3,7 @@
 use super::pattern::{Splits, pattern};
 use super::picture::Picture;
 use super::stages::{Stages, Stopwatch};
-use crate::raster::setup::TileFilm;
+use crate::raster::film::TileFilm;
 use crate::raster::tile::Geometry;
 use crate::raster::view::{Batch, Pattern, from_center};
 use crate::raster::visibility::{Group, NOTHING};
@@ -117,7 +117,6 @@ impl Picture<'_> {
         let geometry = Geometry {
             view: &self.view,
             bins: &self.bins,
-            positions: &self.positions,
             cutout: &self.cutout,
             surface: &|t| self.patch(t).0,
             surfaces: self.surface_count,
@@ -213,8 +212,8 @@ impl Picture<'_> {
     fn look(&self, film: &TileFilm, triangle: u32) -> Look {
         let corners = |t: u32| self.surfaces.triangles[t as usize].map(|i| self.positions[i as usize]);
         let (_, reference) = self.patch(triangle);
-        let edges = film.scaled_edges(corners(reference));
-        self.shader.look(reference, &edges, corners(reference), corners(triangle))
+        let edges = || film.scaled_edges(corners(reference));
+        self.shader.look(reference, edges, corners(reference), corners(triangle))
     }
 }
 

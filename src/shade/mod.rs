@@ -78,7 +78,7 @@ impl<'a> Shader<'a> {
     pub(crate) fn look(
         &self,
         triangle: u32,
-        edges: &[[f64; 9]; 3],
+        edges: impl FnOnce() -> [[f64; 9]; 3],
         corners: [DVec3; 3],
         seen: [DVec3; 3],
     ) -> Look {
@@ -105,7 +105,10 @@ impl<'a> Shader<'a> {
             });
             [at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2])]
         });
-        let mut look = Look::new(edges, attributes.material, texcoords, range, normals, face);
+        // A flat surface without a texture is the same everywhere.
+        let varies = texcoords.is_some() || normals.is_some_and(|[a, b, c]| a != b || b != c);
+        let edges = if varies { edges() } else { [[0.0; 9]; 3] };
+        let mut look = Look::new(&edges, attributes.material, texcoords, range, normals, face);
         look.lit = [self.light(look.face), self.light(-look.face)];
         look
     }

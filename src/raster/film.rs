@@ -1,0 +1,128 @@
+//! The film about one tile's centre, and the functions of planes through lens points there.
+//!
+//! What one edge or face needs is written once, for one number or for several side by side.
+
+use super::TILE;
+use super::view::View;
+use fearless_simd::{Simd, f64x8};
+use glam::{DVec3, DVec4};
+use std::ops::{Add, Neg, Sub};
+
+/// The film about one tile's centre.
+pub(crate) struct TileFilm {
+    /// The tile's centre, and the steps to the next pixel right and down.
+    pub p: DVec3,
+    pub dx: DVec3,
+    pub dy: DVec3,
+    weight: [f64; 3],
+    pub(super) radius: f64,
+    /// Rows of the projection to `x w`, `y w` and `w` from the tile's centre, for the parts `1, u, v`.
+    pub(super) image: [[DVec4; 3]; 3],
+    /// `1/t` of the near plane at the centre, and its change with a pixel to the right and down.
+    pub near: [f32; 3],
+    /// The largest distance of the tile from the plane of the lens: `1/t` at depth 1.
+    pub deepest: f64,
+}
+
+/// One number, or several side by side.
+pub(super) trait Number: Copy + Add<Output = Self> + Sub<Output = Self> + Neg<Output = Self> {
+    fn times(self, factor: f64) -> Self;
+    fn by(self, factor: Self) -> Self;
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn times(self, factor: f64) -> Self {
+        self * factor
+    }
+    #[inline(always)]
+    fn by(self, factor: Self) -> Self {
+        self * factor
+    }
+}
+
+impl<S: Simd> Number for f64x8<S> {
+    #[inline(always)]
+    fn times(self, factor: f64) -> Self {
+        self * factor
+    }
+    #[inline(always)]
+    fn by(self, factor: Self) -> Self {
+        self * factor
+    }
+}
+
+#[inline(always)]
+pub(super) fn cross<T: Number>(a: [T; 3], b: [T; 3]) -> [T; 3] {
+    [a[1].by(b[2]) - b[1].by(a[2]), a[2].by(b[0]) - b[2].by(a[0]), a[0].by(b[1]) - b[0].by(a[1])]
+}
+
+#[inline(always)]
+pub(super) fn minus<T: Number>(a: [T; 3], b: [T; 3]) -> [T; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// `1, u, v` of `q_w s.m - p.m + s.(d x p)`, for a film point or a step on the film.
+#[inline(always)]
+fn part<T: Number>(m: [T; 3], d: [T; 3], p: DVec3, weight: f64, radius: f64) -> [T; 3] {
+    [
+        -(m[0].times(p.x) + m[1].times(p.y) + m[2].times(p.z)),
+        (m[0].times(weight) + (d[1].times(p.z) - d[2].times(p.y))).times(radius),
+        (m[1].times(weight) + (d[2].times(p.x) - d[0].times(p.z))).times(radius),
+    ]
+}
+
+impl TileFilm {
+    pub(crate) fn new(view: &View, tile_x: u32, tile_y: u32) -> Self {
+        let half = 0.5 * f64::from(TILE);
+        let center = [tile_x, tile_y].map(|tile| f64::from(tile * TILE) + half);
+        let p = view.film + view.film_dx * center[0] + view.film_dy * center[1];
+        let (dx, dy) = (view.film_dx, view.film_dy);
+        let f = view.focal_length;
+        Self {
+            p,
+            dx,
+            dy,
+            weight: [1.0 + p.z / f, dx.z / f, dy.z / f],
+            radius: view.radius,
+            image: view.pixel_from_lens.map(|[x, y, w]| [x - w * center[0], y - w * center[1], w]),
+            // Along the axis the ray advances -p.z for each unit of t.
+            near: [p.z, dx.z, dy.z].map(|z| (-z / view.near) as f32),
+            deepest: half * (dx.z.abs() + dy.z.abs()) - p.z,
+        }
+    }
+
+    /// The function of the plane through the lens point with normal `m - s x d` as nine coefficients. Negating `m`
+    /// and `d` negates each exactly.
+    #[inline(always)]
+    pub(super) fn bilinear<T: Number>(&self, m: [T; 3], d: [T; 3]) -> [T; 9] {
+        let [a0, a1, a2] = part(m, d, self.p, self.weight[0], self.radius);
+        let [b0, b1, b2] = part(m, d, self.dx, self.weight[1], self.radius);
+        let [c0, c1, c2] = part(m, d, self.dy, self.weight[2], self.radius);
+        [a0, a1, a2, b0, b1, b2, c0, c1, c2]
+    }
+
+    /// The function of the directed edge from `a` to `b`.
+    #[inline(always)]
+    pub(super) fn edge<T: Number>(&self, a: [T; 3], b: [T; 3]) -> [T; 9] {
+        self.bilinear(cross(a, b), minus(b, a))
+    }
+
+    /// A triangle's edge functions, each opposite to its corner, by a common power of two that keeps them within
+    /// single precision.
+    pub(crate) fn scaled_edges(&self, v: [DVec3; 3]) -> [[f64; 9]; 3] {
+        let v = v.map(|corner| corner.to_array());
+        let edges = [self.edge(v[1], v[2]), self.edge(v[2], v[0]), self.edge(v[0], v[1])];
+        let largest = edges.iter().flatten().fold(0.0f64, |most, c| most.max(c.abs()));
+        let scale = power_of_two_near(largest * f64::from(TILE));
+        edges.map(|e| e.map(|c| c * scale))
+    }
+}
+
+/// A power of two that brings `x` to between 1 and 2, within the doubles' range.
+#[inline(always)]
+pub(super) fn power_of_two_near(x: f64) -> f64 {
+    let exponent = (x.to_bits() >> 52) & 0x7ff;
+    // 2^-(exponent - 1023); denormals and infinities are left alone.
+    if exponent == 0 || exponent >= 2046 { 1.0 } else { f64::from_bits((2046 - exponent) << 52) }
+}
