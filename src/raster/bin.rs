@@ -76,6 +76,11 @@ impl Bins {
         self.lists.entries()
     }
 
+    /// At least the most triangles that a tile has.
+    pub(crate) fn fullest(&self) -> usize {
+        self.lists.fullest()
+    }
+
     /// The next triangles, at most 16, that may touch tile `(x, y)`, nearest first; fewer at the end.
     pub(crate) fn take(&self, tile: (u32, u32), cursor: &mut Cursor, out: &mut [Candidate; LANES]) -> usize {
         let mut places = [0; LANES];
