@@ -23,6 +23,14 @@ pub enum ErrorKind {
     Cancelled,
 }
 
+/// An amount of memory in words: `350 MB`, `2.9 GB`.
+pub(crate) fn memory(bytes: u64) -> String {
+    match bytes as f64 {
+        bytes if bytes < 9.95e8 => format!("{:.0} MB", bytes / 1e6),
+        bytes => format!("{:.1} GB", bytes / 1e9),
+    }
+}
+
 /// The line of a text that an error points at, with the range to mark.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Excerpt {

@@ -1,7 +1,7 @@
 //! `groundglass check SCENE`: loads a scene and its assets and says what is in them.
 
-use super::input::{self, SceneArguments};
-use super::{optics_words, report};
+use super::input::{self, MemoryArguments, SceneArguments};
+use super::{optics_words, report, stats};
 use groundglass::error::Result;
 use groundglass::scene::Scene;
 use serde::Serialize;
@@ -10,6 +10,8 @@ use serde::Serialize;
 pub(super) struct Arguments {
     #[command(flatten)]
     pub(super) scene: SceneArguments,
+    #[command(flatten)]
+    pub(super) memory: MemoryArguments,
     /// Print JSON instead of text
     #[arg(long)]
     pub(super) json: bool,
@@ -39,7 +41,7 @@ struct Warning<'a> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let input = input::read(&arguments.scene)?;
+    let input = input::read(&arguments.scene)?.within(arguments.memory, stats::threads(None));
     let scene = input.load()?;
     report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
     report::warnings(&optics_words::scene_warnings(&scene, &input.name()));

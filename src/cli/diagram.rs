@@ -1,12 +1,12 @@
 //! `groundglass diagram FIGURE.toml|SCENE.toml`: a figure, or a scene's camera in section, as SVG, PNG or PDF; also
 //! the list of kinds, a first figure file of a kind, and whether drawn figures are up to date.
 
-use super::input::{self, Opened, RootArguments};
+use super::input::{self, MemoryArguments, Opened, RootArguments};
 use super::{new, optics_words, output, report};
 use clap::ValueEnum;
 use groundglass::diagram::{self, Changes, Figure, FigureFile, KINDS, Kind, TextAs, Theme};
 use groundglass::error::{Error, ErrorKind, Result, Warning};
-use groundglass::scene::Scene;
+use groundglass::scene::{Scene, Source};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -18,6 +18,8 @@ pub(super) struct Arguments {
     pub(super) files: Vec<PathBuf>,
     #[command(flatten)]
     pub(super) root: RootArguments,
+    #[command(flatten)]
+    pub(super) memory: MemoryArguments,
     /// The drawing: .svg, .png or .pdf; may be given several times
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Vec<PathBuf>,
@@ -257,7 +259,8 @@ fn draw(file: &Path, arguments: &Arguments) -> Result<()> {
             Lettering::Text => TextAs::Text,
         }),
     };
-    let opened = input::open(file, arguments.root.root.as_deref())?;
+    let mut opened = input::open(file, arguments.root.root.as_deref())?;
+    opened.source.limit(arguments.memory);
     let is_figure = FigureFile::is_figure(&opened.document)?;
     let mut outputs = arguments.output.clone();
     if outputs.is_empty() {
@@ -311,14 +314,21 @@ fn camera_of(opened: Opened, arguments: &Arguments) -> Result<Drawn> {
 fn check(arguments: &Arguments) -> Result<bool> {
     let mut stale = String::new();
     for file in &book(arguments)? {
-        let opened = input::open(file, arguments.root.root.as_deref())?;
+        let mut opened = input::open(file, arguments.root.root.as_deref())?;
+        opened.source.limit(arguments.memory);
         let (figure, _) = figure_of(&opened, changes(arguments))?;
         let svg = file.with_extension("svg");
-        let why = match std::fs::read_to_string(&svg) {
-            Ok(found) if found == figure.to_svg()? => continue,
-            Ok(_) => "is stale",
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => "is missing",
+        let drawn = figure.to_svg()?;
+        // Through the door that refuses devices; one longer than what would be drawn is not it.
+        let why = match opened.source.argument(&svg) {
+            Err(error) if error.kind() == ErrorKind::Invalid && !svg.exists() => "is missing",
             Err(_) => "cannot be read",
+            Ok(found) => match opened.source.read(&found, drawn.len() as u64) {
+                Ok(bytes) if *bytes == *drawn.as_bytes() => continue,
+                Ok(_) => "is stale",
+                Err(error) if error.kind() == ErrorKind::TooLarge => "is stale",
+                Err(_) => "cannot be read",
+            },
         };
         stale.push_str(&format!(
             "{} {why}; draw it anew with `groundglass diagram {}`, and look at it\n",

@@ -4,16 +4,15 @@
 //! Cost and change are measured: small pictures of the scene with and without each effect, of the same samples.
 
 use super::effects::EffectArguments;
-use super::input::{self, SceneArguments};
+use super::input::{self, MemoryArguments, SceneArguments};
 use super::values::Pixels;
-use super::{interrupt, optics_words, report};
+use super::{interrupt, optics_words, report, stats};
 use groundglass::error::Result;
 use groundglass::picture::Exposure;
 use groundglass::plan::RenderPlan;
 use groundglass::render::{Execution, render};
 use groundglass::scene::{Budget, EffectChoice, EffectName, EffectSet, Scene};
 use serde::Serialize;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Width and samples of the small pictures.
@@ -26,6 +25,8 @@ const TIMES: u32 = 3;
 pub(super) struct Arguments {
     #[command(flatten)]
     pub(super) scene: SceneArguments,
+    #[command(flatten)]
+    pub(super) memory: MemoryArguments,
     #[command(flatten)]
     pub(super) effects: EffectArguments,
     /// Width of the picture in pixels; the height follows
@@ -57,18 +58,25 @@ struct Row {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let input = input::read(&arguments.scene)?;
+    let threads = stats::threads(None);
+    let input = input::read(&arguments.scene)?.within(arguments.memory, threads);
     input.scene.refuse_unbuilt_effects()?;
     let mut scene = input.load_at(arguments.width.map(|width| width.0))?;
     arguments.effects.apply(&mut scene)?;
     report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
     report::warnings(&optics_words::scene_warnings(&scene, &input.name()));
     report::warnings(&scene.warnings);
-    let explanation = interrupt::polled(|cancel| explain(&scene, cancel))?;
+    let memory = input.room();
+    let explanation = interrupt::polled(|cancel| {
+        explain(
+            &scene,
+            Execution { threads: Some(threads), memory, cancel: Some(cancel), ..Execution::default() },
+        )
+    })?;
     if arguments.json { report::print_json(&explanation) } else { report::print(&words(&explanation)) }
 }
 
-fn explain(scene: &Scene, cancel: &AtomicBool) -> Result<Explanation> {
+fn explain(scene: &Scene, execution: Execution<'_>) -> Result<Explanation> {
     let plan = RenderPlan::new(scene);
     let mut small = scene.clone();
     let height = f64::from(scene.render.height) * f64::from(PROBE.0) / f64::from(scene.render.width);
@@ -76,14 +84,14 @@ fn explain(scene: &Scene, cancel: &AtomicBool) -> Result<Explanation> {
     small.render.budget = Budget::Samples(PROBE.1);
     // Nothing can be measured where the picture would be refused.
     let can_render = !scene.optics.film_reaches_aperture();
-    let base = if can_render { Some(probe(&small, plan.active(), cancel)?) } else { None };
+    let base = if can_render { Some(probe(&small, plan.active(), execution)?) } else { None };
     let mut effects = Vec::new();
     for (name, effect) in EffectName::ALL.into_iter().zip(plan.effects()) {
         // What is not asked for, or not there, is nothing to compare.
         let is_dropped = !effect.active && effect.because.contains("threshold");
         let measured = match &base {
             Some(base) if effect.active || is_dropped => {
-                let other = probe(&small, plan.active().set(name, !effect.active), cancel)?;
+                let other = probe(&small, plan.active().set(name, !effect.active), execution)?;
                 let (with, without) = if effect.active { (base, &other) } else { (&other, base) };
                 let cost = (with.seconds - without.seconds) / base.seconds;
                 Some((cost, with.picture.rms_difference(&without.picture, scene.render.exposure_ev)))
@@ -112,14 +120,13 @@ struct Probe {
     seconds: f64,
 }
 
-fn probe(scene: &Scene, active: EffectSet, cancel: &AtomicBool) -> Result<Probe> {
+fn probe(scene: &Scene, active: EffectSet, execution: Execution<'_>) -> Result<Probe> {
     let mut scene = scene.clone();
     let inactive = EffectName::ALL.into_iter().filter(|&effect| !active.has(effect)).collect();
     scene.render.effects = EffectChoice { all: false, with: active, without: inactive };
     let mut best: Option<Probe> = None;
     for _ in 0..TIMES {
         let start = Instant::now();
-        let execution = Execution { cancel: Some(cancel), ..Execution::default() };
         let (picture, _) = render(&scene, execution)?;
         let seconds = start.elapsed().as_secs_f64();
         if best.as_ref().is_none_or(|best| seconds < best.seconds) {

@@ -3,6 +3,7 @@
 
 use super::progress::Progress;
 use super::stats;
+use super::values::Bytes;
 use groundglass::error::Result;
 use groundglass::scene::{
     Document, Files, LoadSettings, SIZE_LIMIT, Scene, SceneDescription, SceneFile, Source,
@@ -27,6 +28,14 @@ pub(super) struct RootArguments {
     /// Refuse every file outside this folder (for scenes that others wrote)
     #[arg(long, value_name = "DIR")]
     pub(super) root: Option<PathBuf>,
+}
+
+/// How much memory a verb that loads meshes may take.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub(super) struct MemoryArguments {
+    /// Refuse what would take more memory than this, such as 2GiB; by default all that is free
+    #[arg(long, value_name = "LIMIT")]
+    pub(super) memory: Option<Bytes>,
 }
 
 /// A described scene and where it came from.
@@ -106,6 +115,19 @@ impl Input {
         })
     }
 
+    /// It, loaded and drawn in so much memory, on so many threads.
+    #[must_use]
+    pub(super) fn within(mut self, memory: MemoryArguments, threads: usize) -> Self {
+        self.source.limit(memory);
+        self.source.threads = threads;
+        self
+    }
+
+    /// Bytes of memory that may yet be taken.
+    pub(super) fn room(&self) -> Option<u64> {
+        self.source.room()
+    }
+
     /// The scene file as the user named it.
     pub(super) fn name(&self) -> String {
         self.scene.document.name().to_owned()
@@ -127,7 +149,8 @@ impl Input {
         let folder = self.path.parent().unwrap_or(Path::new(""));
         let progress = Progress::new();
         let tell = |what: &str, done: u64, total: u64| progress.tell(what, done, total);
-        let settings = LoadSettings { progress: Some(&tell), width, memory: stats::available_memory() };
+        let threads = Some(self.source.threads);
+        let settings = LoadSettings { progress: Some(&tell), width, threads, ..LoadSettings::default() };
         let loaded = self.scene.load_with(&self.source, folder, settings);
         progress.finish();
         loaded
@@ -148,11 +171,28 @@ impl Input {
 pub(super) struct Recorded<S> {
     inner: S,
     paths: Mutex<Vec<PathBuf>>,
+    memory: MemoryArguments,
+    threads: usize,
 }
 
 impl<S> Recorded<S> {
     pub(super) fn new(inner: S) -> Self {
-        Self { inner, paths: Mutex::default() }
+        Self {
+            inner,
+            paths: Mutex::default(),
+            memory: MemoryArguments::default(),
+            threads: stats::threads(None),
+        }
+    }
+
+    /// Limits what is loaded.
+    pub(super) fn limit(&mut self, memory: MemoryArguments) {
+        self.memory = memory;
+    }
+
+    /// Bytes of memory that may yet be taken.
+    pub(super) fn room(&self) -> Option<u64> {
+        stats::room(self.memory.memory.map(|most| most.0), self.threads)
     }
 
     /// The files read so far.
@@ -177,5 +217,13 @@ impl Source for Recorded<Box<dyn Source>> {
     fn read(&self, file: &Path, limit: u64) -> Result<Cow<'_, [u8]>> {
         self.paths.lock().unwrap_or_else(PoisonError::into_inner).push(file.to_path_buf());
         self.inner.read(file, limit)
+    }
+
+    fn length(&self, file: &Path) -> Result<u64> {
+        self.inner.length(file)
+    }
+
+    fn room(&self) -> Option<u64> {
+        Self::room(self)
     }
 }

@@ -1,6 +1,6 @@
 //! INT, TERM and HUP. Work that can stop by itself runs in [`polled`] and looks at the flag; everything else
 //! ends at once. Either way the exit code is 75 and nothing half written stays: unfinished
-//! files are registered here by `output` and removed.
+//! files, and folders made for them, are registered here by `output` and removed.
 
 use super::report::INTERRUPTED;
 use groundglass::error::{Error, ErrorKind, Result};
@@ -24,8 +24,9 @@ pub(super) fn watch() {
         if asked_before || !POLLED.load(Ordering::SeqCst) {
             // Held until the process ends, so that no file is begun or renamed meanwhile.
             let unfinished = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
-            for path in unfinished.iter() {
-                let _ = std::fs::remove_file(path);
+            for path in unfinished.iter().rev() {
+                // A folder goes only when it is empty.
+                let _ = std::fs::remove_file(path).or_else(|_| std::fs::remove_dir(path));
             }
             std::process::exit(i32::from(INTERRUPTED));
         }

@@ -10,6 +10,7 @@ mod effects;
 mod explain;
 mod input;
 mod interrupt;
+mod limited;
 mod new;
 mod optics;
 mod optics_json;
@@ -64,6 +65,13 @@ enum Verb {
 /// Parses the arguments of this process, runs the verb and reports its error, if any.
 pub(crate) fn run() -> ExitCode {
     interrupt::watch();
+    // A picture decoder that panics is caught, and its picture left out with a warning: nothing more to say.
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if !groundglass::scene::is_decoding() {
+            usual(panic);
+        }
+    }));
     let done = match Arguments::try_parse() {
         Ok(arguments) => dispatch(&arguments.verb),
         Err(error) => return report::usage(&error),

@@ -1,7 +1,7 @@
 //! `groundglass new MODEL.obj`: a first scene for a model, commented. Unlike a picture, a scene may hold
 //! somebody's work, so an existing file is replaced only with `--force`.
 
-use super::input::{self, Recorded, RootArguments};
+use super::input::{self, MemoryArguments, Recorded, RootArguments};
 use super::output;
 use super::progress::Progress;
 use groundglass::error::{Error, Result};
@@ -16,6 +16,8 @@ pub(super) struct Arguments {
     pub(super) model: PathBuf,
     #[command(flatten)]
     pub(super) root: RootArguments,
+    #[command(flatten)]
+    pub(super) memory: MemoryArguments,
     /// The scene to write; MODEL.toml in the current folder by default
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
@@ -26,7 +28,9 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let model_name = arguments.model.display().to_string();
-    let source = Recorded::new(Box::new(input::files(arguments.root.root.as_deref())?) as Box<dyn Source>);
+    let files = Box::new(input::files(arguments.root.root.as_deref())?) as Box<dyn Source>;
+    let mut source = Recorded::new(files);
+    source.limit(arguments.memory);
     let model = source.argument(&arguments.model).map_err(|error| error.in_file(&*model_name))?;
     let target = arguments
         .output

@@ -3,8 +3,9 @@
 //! disk, then renamed.
 
 use super::interrupt;
+use super::limited::Limited;
 use groundglass::error::{Error, ErrorKind, Result};
-use std::fs::{File, OpenOptions};
+use std::fs::OpenOptions;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -18,7 +19,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 pub(super) fn write_whole(
     target: &Path,
     read: &[PathBuf],
-    fill: impl FnOnce(&mut BufWriter<File>) -> Result<()>,
+    fill: impl FnOnce(&mut BufWriter<Limited>) -> Result<()>,
 ) -> Result<()> {
     refuse_inputs(target, read)?;
     let temporary = Temporary::beside(target)?;
@@ -26,8 +27,7 @@ pub(super) fn write_whole(
     fill(&mut writer)?;
     let failed = |error: io::Error| broken(target, &error);
     let file = writer.into_inner().map_err(|error| failed(error.into_error()))?;
-    file.sync_all().map_err(failed)?;
-    drop(file);
+    file.finish().map_err(failed)?;
     temporary.finish()
 }
 
@@ -78,7 +78,8 @@ pub(super) fn broken(target: &Path, error: &io::Error) -> Error {
     Error::new(ErrorKind::Io, format!("cannot be written: {reason}")).in_file(target.display().to_string())
 }
 
-/// The file to replace or to make: links resolved, so that a link stays one.
+/// The file to replace or to make. A link to another file of its folder stays one, and that file is replaced; one that
+/// leads elsewhere is refused: whoever put it there may mean a file that is not to be written.
 fn settle(target: &Path) -> Result<PathBuf> {
     let refused = |message: &str, remedy: &str| {
         Err(Error::new(ErrorKind::Io, message.to_string())
@@ -93,19 +94,58 @@ fn settle(target: &Path) -> Result<PathBuf> {
         Ok(found) if !found.is_file() => refused("is not a regular file", "give a file's name"),
         // Renaming would replace it all the same.
         Ok(found) if found.permissions().readonly() => refused("is read-only", "give another name"),
-        Ok(_) => target.canonicalize().map_err(|error| broken(target, &error)),
-        Err(_) if target.is_symlink() => refused("is a link that leads nowhere", "remove it"),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            let folder = match target.parent() {
-                Some(folder) if !folder.as_os_str().is_empty() => folder,
-                _ => Path::new("."),
-            };
-            match folder.canonicalize() {
-                Ok(folder) => Ok(folder.join(name)),
-                Err(_) => refused("its folder does not exist", "make the folder first"),
+        Ok(_) => {
+            let found = target.canonicalize().map_err(|error| broken(target, &error))?;
+            if target.is_symlink() && found.parent() != folder_of(target).canonicalize().ok().as_deref() {
+                return refused(
+                    "is a link that leads out of its folder",
+                    "name the file itself, or remove the link",
+                );
             }
+            Ok(found)
         }
+        Err(_) if target.is_symlink() => refused("is a link that leads nowhere", "remove it"),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => match folder_of(target).canonicalize() {
+            Ok(folder) => Ok(folder.join(name)),
+            Err(_) => refused("its folder does not exist", "make the folder first"),
+        },
         Err(error) => Err(broken(target, &error)),
+    }
+}
+
+/// The folder that a path names the file in.
+fn folder_of(target: &Path) -> &Path {
+    target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// A folder made for output, which goes again when nothing comes to lie in it.
+pub(super) struct Folder(Option<PathBuf>);
+
+impl Folder {
+    /// Makes the folder, unless it is there.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Io`] when it cannot be made, or a link has its name.
+    pub(super) fn make(path: &Path) -> Result<Self> {
+        if path.ancestors().any(|part| !part.as_os_str().is_empty() && part.is_symlink()) {
+            return Err(Error::new(ErrorKind::Io, "is a link, so nothing is written to where it leads")
+                .in_file(path.display().to_string())
+                .remedy("remove the link, or name the output with -o"));
+        }
+        if path.is_dir() {
+            return Ok(Self(None));
+        }
+        interrupt::register(path, || std::fs::create_dir_all(path)).map_err(|error| broken(path, &error))?;
+        Ok(Self(Some(path.to_path_buf())))
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        if let Some(path) = &self.0 {
+            // It stays when there is something in it.
+            let _ = interrupt::release(path, || std::fs::remove_dir(path));
+        }
     }
 }
 
@@ -131,8 +171,8 @@ impl Temporary {
         Ok(Self { path: settled.with_file_name(name), target: settled, shown: target.to_path_buf() })
     }
 
-    fn create(&self) -> Result<File> {
-        let open = || OpenOptions::new().write(true).create_new(true).open(&self.path);
+    fn create(&self) -> Result<Limited> {
+        let open = || OpenOptions::new().write(true).create_new(true).open(&self.path).map(Limited::new);
         interrupt::register(&self.path, open).map_err(|error| broken(&self.shown, &error))
     }
 

@@ -1,7 +1,7 @@
 //! `groundglass render [SCENE]`: a picture.
 
 use super::effects::EffectArguments;
-use super::input::{self, Input, RootArguments};
+use super::input::{self, Input, MemoryArguments, RootArguments};
 use super::progress::Progress;
 use super::replay::Replay;
 use super::stats::{self, Samples, Stats};
@@ -22,6 +22,8 @@ pub(super) struct Arguments {
     pub(super) scene: Option<PathBuf>,
     #[command(flatten)]
     pub(super) root: RootArguments,
+    #[command(flatten)]
+    pub(super) memory: MemoryArguments,
     /// The picture: .png (8-bit sRGB) or .exr (linear float); groundglass-out/STEM.png by default
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
@@ -116,11 +118,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         }
     }
     let map_format = error_map.map(|path| Format::of(path, "--error-map")).transpose()?;
-    let replayed = arguments.replay.as_deref().map(Replay::read).transpose()?;
+    let replayed = arguments
+        .replay
+        .as_deref()
+        .map(|stats| Replay::read(stats, arguments.root.root.as_deref()))
+        .transpose()?;
+    let threads = stats::threads(arguments.threads);
     let input = match &arguments.scene {
         Some(scene) => input::read_scene(scene, arguments.root.root.as_deref())?,
         None => Input::builtin()?,
-    };
+    }
+    .within(arguments.memory, threads);
     input.scene.refuse_unbuilt_effects()?;
     // What cannot be written is said before the work, and again when the files that are read are known.
     let named = [arguments.output.as_ref(), arguments.stats.as_ref(), error_map];
@@ -136,15 +144,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     report::warnings(&scene.warnings);
     report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
     report::warnings(&optics_words::scene_warnings(&scene, &input.name()));
-    if let Some(available) = stats::available_memory() {
-        scene.check_memory(available)?;
-    }
     let allocation = replayed.map(|replay| replay.allocation(&scene)).transpose()?;
     let mut read = input.read_paths();
     read.extend(arguments.replay.clone());
-    if arguments.output.is_none() {
-        make_folder(path.parent())?;
-    }
+    // Held to the end: a picture that is not made leaves no folder.
+    let _folder = match path.parent() {
+        Some(folder) if arguments.output.is_none() => Some(output::Folder::make(folder)?),
+        _ => None,
+    };
     for output in outputs.into_iter().filter_map(|(output, _)| output) {
         output::check(output, &read)?;
     }
@@ -153,14 +160,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let effects = plan.map(|plan| plan.effects().to_vec()).unwrap_or_default();
     let progress = Progress::new();
     let tell = |done: usize, total: usize| progress.tell("rendering", done as u64, total as u64);
-    let threads = arguments.threads.map(usize::from);
     let (clock, cpu) = (Instant::now(), stats::cpu_seconds());
     let simd = arguments.simd.map_or_else(SimdLevel::best, |simd| simd.0);
     let seconds = || clock.elapsed().as_secs_f64();
+    let memory = input.room();
     let rendered = interrupt::polled(|cancel| {
         let timed = arguments.stats.is_some() || matches!(scene.render.budget, Budget::Seconds(_));
         let execution = Execution {
-            threads,
+            threads: Some(threads),
+            memory,
             simd: Some(simd),
             cancel: Some(cancel),
             progress: Some(&tell),
@@ -195,7 +203,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let stats = Stats {
         width: exposure.width(),
         height: exposure.height(),
-        threads: threads.unwrap_or_else(available_threads),
+        threads,
         load_seconds,
         render_seconds,
         cpu_seconds,
@@ -259,15 +267,6 @@ fn beyond_reach(file: &str, wanted: f64, reached: f64) -> Warning {
              on the way to an error: it would take about {samples:.1e}; ask for a larger --max-error, or for that many --samples"
         ),
     }
-}
-
-fn available_threads() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-fn make_folder(folder: Option<&Path>) -> Result<()> {
-    let Some(folder) = folder else { return Ok(()) };
-    std::fs::create_dir_all(folder).map_err(|error| output::broken(folder, &error))
 }
 
 /// One line: what was made, how long it took, its error.

@@ -1,10 +1,10 @@
 //! `render --replay STATS`: an earlier run's numbers of samples, so that its picture can be made again.
 
-use groundglass::error::{Error, ErrorKind, Result};
+use super::input;
+use groundglass::error::{Error, Result};
 use groundglass::picture::Allocation;
-use groundglass::scene::Scene;
+use groundglass::scene::{Scene, Source};
 use serde::Deserialize;
-use std::io::Read;
 use std::path::Path;
 
 /// The most bytes of a file of numbers: some 50 for each of the blocks of the largest picture are far less.
@@ -23,23 +23,13 @@ pub(super) struct Replay {
 
 impl Replay {
     /// Reads a `--stats` file.
-    pub(super) fn read(path: &Path) -> Result<Self> {
+    pub(super) fn read(path: &Path, root: Option<&Path>) -> Result<Self> {
         let name = path.display().to_string();
-        let missing = |error: std::io::Error| {
-            let kind = match error.kind() {
-                std::io::ErrorKind::NotFound => ErrorKind::Invalid,
-                _ => ErrorKind::Io,
-            };
-            Error::new(kind, format!("cannot be read: {error}")).in_file(&*name)
-        };
-        let is_file = std::fs::metadata(path).map_err(missing)?.is_file();
-        if !is_file {
-            return Err(Error::invalid("is not a regular file").in_file(&*name));
-        }
-        let mut text = String::new();
-        let file = std::fs::File::open(path).map_err(missing)?;
-        file.take(MOST_BYTES).read_to_string(&mut text).map_err(missing)?;
-        let found: Self = serde_json::from_str(&text).map_err(|error| {
+        let named = |error: Error| error.in_file(&*name);
+        let files = input::files(root)?;
+        let path = files.argument(path).map_err(named)?;
+        let bytes = files.read(&path, MOST_BYTES).map_err(named)?;
+        let found: Self = serde_json::from_slice(&bytes).map_err(|error| {
             Error::invalid(format!("is not what render --stats writes: {error}"))
                 .in_file(&*name)
                 .remedy("give the file that --stats wrote beside the picture")

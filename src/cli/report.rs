@@ -1,6 +1,7 @@
 //! What the program says. Errors and warnings go to standard error, with the offending line where there is
 //! one; text goes to standard output. A reader that has closed its end is no error.
 
+use super::limited::may_write;
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use groundglass::error::{Error, ErrorKind, Result, Warning};
@@ -20,6 +21,9 @@ pub(super) const INTERRUPTED: u8 = 75;
 /// [`ErrorKind::Io`] when it cannot be written, a closed pipe excepted.
 pub(super) fn print(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
+    if !may_write(&out, text.len()) {
+        return Err(full(&io::ErrorKind::FileTooLarge.into()));
+    }
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(full(&error)),
         _ => Ok(()),
@@ -84,8 +88,11 @@ fn is_colourful() -> bool {
 }
 
 fn say(text: &str) {
-    // Standard error may be closed; there is nobody left to tell.
-    let _ = writeln!(io::stderr().lock(), "{text}");
+    let mut out = io::stderr().lock();
+    // Standard error may be closed or full; there is nobody left to tell.
+    if may_write(&out, text.len() + 1) {
+        let _ = writeln!(out, "{text}");
+    }
 }
 
 /// `error: place: message`, the line with the range marked, and the remedy.

@@ -98,6 +98,36 @@ impl FromStr for Distance {
     }
 }
 
+/// Bytes: `2GiB`, `500MB`, `1.5G`, `1000000`. K, M and G alone are powers of 1024, as in `KiB`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bytes(pub(super) u64);
+
+impl FromStr for Bytes {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let text = text.trim();
+        let end = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+        let (number, unit) = text.split_at(end);
+        let unit = match unit.to_ascii_lowercase().as_str() {
+            "" | "b" => 1.0,
+            "k" | "kib" => 1024.0,
+            "kb" => 1e3,
+            "m" | "mib" => 1024.0 * 1024.0,
+            "mb" => 1e6,
+            "g" | "gib" => 1024.0 * 1024.0 * 1024.0,
+            "gb" => 1e9,
+            "t" | "tib" => 1024.0 * 1024.0 * 1024.0 * 1024.0,
+            "tb" => 1e12,
+            _ => return Err("the unit is B, KiB, MiB, GiB, TiB, KB, MB, GB or TB, such as 2GiB".into()),
+        };
+        match number.trim().parse::<f64>() {
+            Ok(value) if value.is_finite() && value >= 0.0 => Ok(Self((value * unit) as u64)),
+            _ => Err("an amount of memory is a number and a unit, such as 2GiB".into()),
+        }
+    }
+}
+
 /// Seconds: `2s`, `1.5s`, `500ms`, `2min`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Seconds(pub(super) f64);

@@ -98,6 +98,11 @@ impl Bins {
         self.lists.entries()
     }
 
+    /// At least the most triangles that a tile has.
+    pub(crate) fn fullest(&self) -> usize {
+        self.lists.fullest()
+    }
+
     /// The next candidates, at most 16, that may touch tile `(x, y)`, nearest first; tells how many, fewer at the end.
     pub(crate) fn next(&self, tile: (u32, u32), cursor: &mut Cursor, out: &mut [u32; LANES]) -> usize {
         let count = self.lists.next(tile, cursor, out);

@@ -154,6 +154,14 @@ impl TileLists {
             + self.levels.iter().map(|level| level.lists.entries.len()).sum::<usize>()
     }
 
+    /// At least the most triangles that a tile has.
+    pub(super) fn fullest(&self) -> usize {
+        let longest =
+            |starts: &[usize]| starts.windows(2).map(|range| range[1] - range[0]).max().unwrap_or(0);
+        let own = self.rows.iter().map(|row| longest(&row.starts)).max().unwrap_or(0);
+        own + self.levels.iter().map(|level| longest(&level.lists.starts)).sum::<usize>()
+    }
+
     /// The next triangles that may touch tile `(x, y)`, as many as `out` holds or there are; tells how many.
     pub(super) fn next(&self, (x, y): (u32, u32), cursor: &mut Cursor, out: &mut [u32]) -> usize {
         let own = self.rows.get(y as usize).map_or(&[][..], |row| row.list(x));

@@ -8,6 +8,7 @@ mod highlights;
 mod pattern;
 mod picture;
 mod resolve;
+mod room;
 mod stages;
 mod uniform;
 
@@ -16,12 +17,14 @@ pub use stages::Stages;
 
 use adaptive::Timed;
 use picture::{Picture, Sequence};
+use room::Room;
 use stages::Stopwatch;
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::picture::{Allocation, Exposure};
 use crate::scene::{Budget, EffectName, Scene};
 pub use crate::simd::SimdLevel;
+use crate::threads::on_threads;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How a picture is made; none of it changes a pixel.
@@ -29,6 +32,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct Execution<'a> {
     /// Worker threads; `None` for as many as the machine has.
     pub threads: Option<usize>,
+    /// Most memory that drawing may take besides the scene, in bytes; `None` for no limit.
+    pub memory: Option<u64>,
     /// Vector instructions; `None` for the widest that the machine has.
     pub simd: Option<SimdLevel>,
     /// Set to stop: [`render`] then returns [`ErrorKind::Cancelled`] within a fraction of a tile's time.
@@ -144,22 +149,19 @@ fn draw<T: Send>(
         .at_key("camera")
         .remedy("use a smaller aperture, a longer extension or less tilt"));
     }
-    let threads = execution.threads.unwrap_or(0);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| {
-        Error::new(ErrorKind::TooLarge, format!("cannot start {threads} threads: {error}"))
-            .remedy("ask for fewer --threads")
-    })?;
     let simd = execution.simd.unwrap_or_else(SimdLevel::best);
     if !simd.is_available() {
         return Err(Error::invalid(format!("this machine has no {}", simd.name()))
             .remedy("leave the SIMD level to the program"));
     }
-    pool.install(|| {
+    on_threads(execution.threads, || {
+        let room = Room::new(scene, sequence, execution)?;
         let mut counts = Counts::default();
         let watch = Stopwatch::start(execution.clock);
         let picture = Picture::new(scene, sequence, simd.level(), watch, &mut counts.stages);
+        room.check_tiles(&picture.bins)?;
         make(&picture, counts)
-    })
+    })?
 }
 
 /// The scene with materials that lack what the user wants left out; `None` where that is nothing.

@@ -7,30 +7,25 @@
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
-
-use glam::DVec3;
-use rayon::prelude::*;
 
 use super::digest::{self, Digest};
 use super::library::{Written, choose, read_libraries};
 use super::material::Material;
 use super::mesh::{Model, NONE};
 use super::mtl::Map;
-use super::normalize::{normalize, shown};
+use super::normalize::{normalize, shown, too_large};
 use super::obj::{self, Target};
+use super::pictures::Pictures;
 use super::source::Source;
 use super::text::readings;
-use super::texture::{Texture, Use, decode};
+use super::texture::{Texture, Use};
 use super::warnings::Warnings;
-use crate::error::{Error, ErrorKind, Result, Warning};
+use crate::error::{Error, Result, Warning};
+use crate::threads::on_threads;
+use glam::DVec3;
 
-/// Longest OBJ and picture file, in bytes.
-const OBJ_LIMIT: u64 = 2 << 30;
-const PICTURE_LIMIT: u64 = 256 << 20;
-
-/// Most memory for the textures of all meshes, in bytes.
-const TEXTURES_LIMIT: u64 = 8 << 30;
+/// Longest OBJ file, in bytes: some ten million triangles.
+const OBJ_LIMIT: u64 = 1 << 30;
 
 /// Called while loading, from any thread, with what is being loaded, how much is done and of how much
 /// (bytes of an OBJ, files for textures).
@@ -42,15 +37,13 @@ pub struct AssetLoader<'a> {
     scene_folder: PathBuf,
     progress: Option<&'a Progress<'a>>,
     models: HashMap<PathBuf, Arc<Model>>,
-    textures: HashMap<(PathBuf, Use), Decoded>,
-    texture_bytes: u64,
-    texture_limit: u64,
+    pictures: Pictures,
+    memory: u64,
+    /// Bytes that the models loaded so far take, textures apart.
+    held: u64,
     warnings: Vec<Warning>,
     digests: Vec<Digest>,
 }
-
-/// A texture, or why there is none, and the digest of its file.
-type Decoded = (std::result::Result<Arc<Texture>, String>, Digest);
 
 impl<'a> AssetLoader<'a> {
     /// A loader for the scene file in `scene_folder` (as [`Source`] found it).
@@ -60,9 +53,9 @@ impl<'a> AssetLoader<'a> {
             scene_folder: scene_folder.to_path_buf(),
             progress: None,
             models: HashMap::new(),
-            textures: HashMap::new(),
-            texture_bytes: 0,
-            texture_limit: TEXTURES_LIMIT,
+            pictures: Pictures::default(),
+            memory: source.room().unwrap_or(u64::MAX),
+            held: 0,
             warnings: Vec::new(),
             digests: Vec::new(),
         }
@@ -75,11 +68,16 @@ impl<'a> AssetLoader<'a> {
         self
     }
 
-    /// Limits the memory for textures to `bytes`, if that is less than the usual limit.
+    /// Limits the memory that loading may take, and what is loaded, to `bytes` (else to [`Source::room`]).
     #[must_use]
     pub fn with_memory(mut self, bytes: u64) -> Self {
-        self.texture_limit = self.texture_limit.min(bytes);
+        self.memory = self.memory.min(bytes);
         self
+    }
+
+    /// Bytes of memory that may yet be taken.
+    pub(crate) fn left(&self) -> u64 {
+        self.memory.saturating_sub(self.held).saturating_sub(self.pictures.bytes())
     }
 
     /// Loads the OBJ that the scene names as `written`.
@@ -94,7 +92,9 @@ impl<'a> AssetLoader<'a> {
             Some(model) => Arc::clone(model),
             None => {
                 let mut warnings = Warnings::default();
-                let model = self.load(&path, written, &mut warnings).map_err(|e| e.in_file(written))?;
+                let model = on_threads(None, || self.load(&path, written, &mut warnings))
+                    .and_then(|loaded| loaded)
+                    .map_err(|e| e.in_file(written))?;
                 self.warnings.extend(warnings.finish(written));
                 let model = Arc::new(model);
                 self.models.insert(path, Arc::clone(&model));
@@ -123,20 +123,27 @@ impl<'a> AssetLoader<'a> {
 
     fn load(&mut self, path: &Path, written: &str, warnings: &mut Warnings) -> Result<Model> {
         let source = self.source;
+        let length = source.length(path)?;
+        if length <= OBJ_LIMIT && length > self.left() {
+            return Err(too_large());
+        }
         let bytes = source.read(path, OBJ_LIMIT)?;
         let total = bytes.len() as u64;
+        let left = self.left().saturating_sub(total);
         self.tell(written, 0, total);
-        let mut digests = vec![digest::of_bytes(&bytes)];
         let mut normalized =
-            normalize(&bytes, written, warnings, &|done| self.tell(written, done / 2, total))?;
+            normalize(&bytes, written, warnings, left, &|done| self.tell(written, done / 2, total))?;
+        let mut digests = vec![digest::of_bytes(&bytes)];
         drop(bytes);
+        let text = normalized.bytes();
+        self.held = self.held.saturating_add(text);
         if normalized.faces.is_empty() {
             return Err(Error::invalid("the mesh has no face of three or more corners")
                 .remedy("export it as an OBJ with polygons"));
         }
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let fences = [folder.clone(), self.scene_folder.clone()];
-        let library = read_libraries(source, &normalized, written, &fences, warnings, &mut digests);
+        let library = read_libraries(source, &normalized, written, &fences, left, warnings, &mut digests);
         let chosen = choose(&normalized, &library, written, warnings);
         let used: Vec<&Written> = chosen.used.iter().filter_map(|&at| library.get(at)).collect();
         let looks = self.looks(&used, &fences, warnings, &mut digests)?;
@@ -152,8 +159,13 @@ impl<'a> AssetLoader<'a> {
         let target = |index: u32| {
             targets.get(index as usize).copied().filter(|target| target.material != NONE).unwrap_or(plain)
         };
+        self.held = self.held.saturating_sub(text);
+        if normalized.working > self.left() {
+            return Err(too_large());
+        }
         let geometry = obj::build(&mut normalized, target, written, warnings)?;
         self.tell(written, total, total);
+        self.held = self.held.saturating_add(geometry.bytes());
 
         let mut materials = looks.materials;
         let named_materials = materials.len();
@@ -196,7 +208,11 @@ impl<'a> AssetLoader<'a> {
             Some((_, Ok(path))) => Some((path.clone(), *what_for)),
             _ => None,
         });
-        self.decode_all(paths.collect())?;
+        let (source, left) = (self.source, self.left());
+        let progress = self.progress;
+        let tell =
+            |done: u64, total: u64| progress.into_iter().for_each(|tell| tell("textures", done, total));
+        self.pictures.decode(source, paths.collect(), left, &tell)?;
 
         let mut files = BTreeSet::new();
         let mut looks = Looks::default();
@@ -205,7 +221,7 @@ impl<'a> AssetLoader<'a> {
             for (slot, &(ref map, what_for)) in maps.iter_mut().zip(wanted) {
                 let Some((map, found)) = map else { continue };
                 let decoded = match found {
-                    Ok(path) => self.textures.get(&(path.clone(), what_for)).cloned(),
+                    Ok(path) => self.pictures.get(path, what_for),
                     Err(e) => Some((Err(e.message().to_owned()), digest::ABSENT)),
                 };
                 let Some((decoded, digest)) = decoded else { continue };
@@ -239,41 +255,6 @@ impl<'a> AssetLoader<'a> {
             }
         }
         Err(first.unwrap_or_else(|| Error::invalid("it has no name")))
-    }
-
-    /// Decodes what is not decoded yet; a few files at a time, so that memory is counted before it is gone.
-    fn decode_all(&mut self, mut wanted: Vec<(PathBuf, Use)>) -> Result<()> {
-        let mut seen = BTreeSet::new();
-        wanted.retain(|(path, what_for)| {
-            !self.textures.contains_key(&(path.clone(), *what_for))
-                && seen.insert((path.clone(), *what_for == Use::Opacity))
-        });
-        let total = wanted.len() as u64;
-        let done = AtomicU64::new(0);
-        for some in wanted.chunks(2 * rayon::current_num_threads()) {
-            let decoded: Vec<Decoded> = some
-                .par_iter()
-                .map(|(path, what_for)| {
-                    let decoded = match self.source.read(path, PICTURE_LIMIT) {
-                        Ok(bytes) => {
-                            (decode(&bytes, path, *what_for).map(Arc::new), digest::of_bytes(&bytes))
-                        }
-                        Err(e) => (Err(e.message().to_owned()), digest::ABSENT),
-                    };
-                    self.tell("textures", done.fetch_add(1, Ordering::Relaxed) + 1, total);
-                    decoded
-                })
-                .collect();
-            let bytes = |decoded: &Decoded| decoded.0.as_ref().map_or(0, |texture| texture.bytes());
-            self.texture_bytes += decoded.iter().map(bytes).sum::<u64>();
-            if self.texture_bytes > self.texture_limit {
-                let gigabytes = self.texture_limit as f64 / 1e9;
-                let message = format!("the textures take more than {gigabytes:.1} GB");
-                return Err(Error::new(ErrorKind::TooLarge, message).remedy("make them smaller"));
-            }
-            self.textures.extend(some.iter().cloned().zip(decoded));
-        }
-        Ok(())
     }
 }
 

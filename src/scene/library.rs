@@ -12,8 +12,13 @@ use super::text::{readings, squeezed};
 use super::warnings::Warnings;
 use crate::error::Result;
 
-/// Longest MTL file, in bytes.
-const MTL_LIMIT: u64 = 64 << 20;
+/// Longest MTL file, and most of all together that an OBJ names, in bytes.
+const MTL_LIMIT: u64 = 4 << 20;
+const MTLS_LIMIT: u64 = 8 << 20;
+
+/// Most memory that reading takes for each byte of an MTL: `newmtl a` and a line feed become a record of `tobj`'s and two
+/// of ours.
+const MEMORY_PER_BYTE: u64 = 120;
 
 /// Most `mtllib` statements that are followed.
 const STATEMENTS: usize = 256;
@@ -25,17 +30,19 @@ pub(crate) struct Written {
     pub(crate) folder: PathBuf,
 }
 
-/// Reads the libraries that the OBJ names, in its order, each once.
+/// Reads the libraries that the OBJ names, in its order, each once; in about `most` bytes of memory.
 pub(crate) fn read_libraries(
     source: &dyn Source,
     normalized: &Normalized,
     file: &str,
     fences: &[PathBuf],
+    most: u64,
     warnings: &mut Warnings,
     digests: &mut Vec<Digest>,
 ) -> Vec<Written> {
     let mut list = Vec::new();
     let mut seen = BTreeSet::new();
+    let mut left = MTLS_LIMIT.min(most / MEMORY_PER_BYTE);
     if let Some((_, line)) = normalized.libraries.get(STATEMENTS) {
         warnings
             .add(file, Some(*line), "libraries", || "`mtllib` from here on is left out: too many".to_owned());
@@ -48,7 +55,8 @@ pub(crate) fn read_libraries(
             if found.as_ref().is_ok_and(|path| !seen.insert(path.clone())) {
                 continue;
             }
-            let read = found.and_then(|path| Ok((source.read(&path, MTL_LIMIT)?, path)));
+            let read = found.and_then(|path| Ok((source.read(&path, MTL_LIMIT.min(left))?, path)));
+            left -= read.as_ref().map_or(0, |(bytes, _)| bytes.len() as u64);
             digests.push(read.as_ref().map_or(digest::ABSENT, |(bytes, _)| digest::of_bytes(bytes)));
             let entries = read.and_then(|(bytes, path)| Ok((mtl::read(&bytes, &name, warnings)?, path)));
             match entries {

@@ -6,12 +6,14 @@ use super::digest;
 use super::document::{Document, SIZE_LIMIT};
 use super::effects::EffectChoice;
 use super::file::SceneFile;
-use super::source::{Files, Source};
+use super::source::Source;
+use super::source_files::Files;
 use super::surfaces::{Placement, Surfaces};
-use crate::error::{Error, ErrorKind, Place, Result, Warning};
+use crate::error::{Error, Place, Result, Warning};
 use crate::optics::Optics;
 use crate::quantity::Length;
 use crate::sampling::{ApertureShape, PointSet};
+use crate::threads::on_threads;
 use glam::DVec3;
 use std::path::Path;
 
@@ -91,7 +93,9 @@ pub struct LoadSettings<'a> {
     pub progress: Option<&'a Progress<'a>>,
     /// Width of the picture in pixels, in place of the file's.
     pub width: Option<u32>,
-    /// Most memory for the geometry of all meshes, and for their textures, in bytes.
+    /// Threads to load on; `None` for as many as the machine has.
+    pub threads: Option<usize>,
+    /// Most memory that loading may take, and what is loaded, in bytes; `None` for [`Source::room`].
     pub memory: Option<u64>,
 }
 
@@ -108,8 +112,12 @@ impl SceneDescription {
     ///
     /// # Errors
     /// Those of [`Self::optics`], [`Self::picture_size`] and [`AssetLoader::load_obj`], with the mesh's line;
-    /// [`ErrorKind::TooLarge`] beyond the memory allowed.
+    /// [`TooLarge`](crate::error::ErrorKind::TooLarge) beyond the memory allowed.
     pub fn load_with(&self, source: &dyn Source, folder: &Path, settings: LoadSettings<'_>) -> Result<Scene> {
+        on_threads(settings.threads, || self.load_here(source, folder, settings))?
+    }
+
+    fn load_here(&self, source: &dyn Source, folder: &Path, settings: LoadSettings<'_>) -> Result<Scene> {
         let optics = self.optics()?;
         let (width, height) = self.picture_size(settings.width)?;
         let mut loader = AssetLoader::new(source, folder);
@@ -129,7 +137,7 @@ impl SceneDescription {
             models.push(model);
         }
         surfaces
-            .reserve(&models, settings.memory)
+            .reserve(&models, loader.left())
             .map_err(|error| error.at(self.mesh_place(self.meshes.len().saturating_sub(1))))?;
         let mut meshes = Vec::new();
         for (index, (entry, model)) in self.meshes.iter().zip(&models).enumerate() {
@@ -198,8 +206,8 @@ impl Scene {
     /// Reads the scene file at `path` and the files it names.
     ///
     /// # Errors
-    /// [`ErrorKind::Invalid`] and [`ErrorKind::NoSolution`] with file, line and key when a file is missing or wrong,
-    /// or no movement focuses as asked; [`ErrorKind::Io`] when one cannot be read.
+    /// [`Invalid`](crate::error::ErrorKind::Invalid) and [`NoSolution`](crate::error::ErrorKind::NoSolution) with file, line and key when a file is missing or wrong,
+    /// or no movement focuses as asked; [`Io`](crate::error::ErrorKind::Io) when one cannot be read.
     ///
     /// # Example
     /// ```
@@ -240,30 +248,5 @@ impl Scene {
         let mut bytes = text.into_bytes();
         bytes.extend_from_slice(&self.assets_digest);
         digest::of_bytes(&bytes).iter().map(|byte| format!("{byte:02x}")).collect()
-    }
-
-    /// Asks whether drawing fits into memory before any of it is used.
-    ///
-    /// # Errors
-    /// [`ErrorKind::TooLarge`] with the sizes.
-    pub fn check_memory(&self, available: u64) -> Result<()> {
-        let pixels = u64::from(self.render.width) * u64::from(self.render.height);
-        // The exposure, with the sums of a picture that comes in rounds; and what bins and boxes take.
-        let pixel = if matches!(self.render.budget, Budget::Samples(_)) { 12 } else { 40 };
-        let need = pixels * pixel + self.surfaces.triangles.len() as u64 * 700;
-        if need > available {
-            return Err(Error::new(
-                ErrorKind::TooLarge,
-                format!(
-                    "a picture of {} x {} pixels needs about {:.1} GB, and {:.1} GB are free",
-                    self.render.width,
-                    self.render.height,
-                    need as f64 / 1e9,
-                    available as f64 / 1e9
-                ),
-            )
-            .remedy("ask for a smaller --width"));
-        }
-        Ok(())
     }
 }

@@ -21,11 +21,13 @@ mod mtl;
 mod normalize;
 mod obj;
 mod patches;
+mod pictures;
 mod resolve;
 mod rewrite;
 mod schema;
 mod shape;
 mod source;
+mod source_files;
 pub mod starter;
 mod starter_measure;
 mod starter_view;
@@ -50,9 +52,10 @@ pub use mesh::{Model, NONE, Triangle};
 pub use patches::Patches;
 pub use rewrite::with_movements;
 pub use schema::schema;
-pub use source::{Files, Memory, Source};
+pub use source::{Memory, Source};
+pub use source_files::Files;
 pub use surfaces::{Attributes, Placement, Surfaces};
-pub use texture::{Level, Texture};
+pub use texture::{Level, Texture, is_decoding};
 
 // What figure files share with scene files.
 pub(crate) use file::{CameraTable, FocusTable, MeshTable, PlaneTable, RenderTable, SceneTables, SkyTable};

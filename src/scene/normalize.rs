@@ -42,23 +42,35 @@ pub(crate) struct Normalized {
     pub(crate) materials: Vec<(String, usize)>,
     /// What `mtllib` statements say after the keyword, with their lines.
     pub(crate) libraries: Vec<(String, usize)>,
+    /// Bytes that building the geometry takes at its peak, this included.
+    pub(crate) working: u64,
 }
 
-/// Normalises an OBJ; `file` names it in warnings, `progress` gets the bytes done.
+impl Normalized {
+    /// Bytes of memory that it takes now.
+    pub(crate) fn bytes(&self) -> u64 {
+        (self.text.capacity() + self.faces.capacity() * size_of::<Face>()) as u64
+    }
+}
+
+/// Normalises an OBJ in at most `most` bytes; `file` names it in warnings, `progress` gets the bytes done.
 ///
 /// # Errors
 /// [`ErrorKind::Invalid`], with the line, for a number or vertex index that cannot be;
-/// [`ErrorKind::TooLarge`] when reading it would take more memory than there is or [`WORKING_LIMIT`].
+/// [`ErrorKind::TooLarge`] when reading it would take more memory than there is, than `most` or than [`WORKING_LIMIT`].
 pub(crate) fn normalize(
     bytes: &[u8],
     file: &str,
     warnings: &mut Warnings,
+    most: u64,
     progress: &dyn Fn(u64),
 ) -> Result<Normalized> {
-    let total = Counts::of_file(bytes)?;
-    total.check_memory(bytes.len() as u64)?;
+    let most = most.min(WORKING_LIMIT);
+    let total = Counts::of_file(bytes, most)?;
+    total.check_memory(bytes.len() as u64, most)?;
     let mut work = Work { file, warnings, total, so_far: Counts::default(), out: Normalized::default() };
     work.out.text.try_reserve(bytes.len()).map_err(|_| too_large())?;
+    work.out.working = bytes.len() as u64 + total.memory();
 
     let mut material = NONE;
     let mut known = HashMap::new();
@@ -105,9 +117,14 @@ struct Counts {
 }
 
 impl Counts {
-    fn of_file(bytes: &[u8]) -> Result<Self> {
+    /// Counts; no further than what `most` bytes hold.
+    fn of_file(bytes: &[u8], most: u64) -> Result<Self> {
         let mut counts = Self::default();
-        for statement in statements(bytes)? {
+        let mut list = statements(bytes)?;
+        while let Some(statement) = list.next() {
+            if counts.memory() > most {
+                return Err(too_large());
+            }
             match statement.keyword() {
                 "v" => counts.positions += 1,
                 "vt" => counts.texcoords += 1,
@@ -119,24 +136,31 @@ impl Counts {
                 _ => {}
             }
         }
+        list.finish()?;
         Ok(counts)
     }
 
-    /// Asks for the memory that reading takes at its peak, all at once, and gives it back: better a refusal now than
-    /// an abort half-way. In bytes: the text; for each record `tobj`'s list, hash map and copy, and ours; for each face
-    /// two lists that may have grown to double; for each corner its indices twice and a triangle.
-    fn check_memory(&self, bytes: u64) -> Result<()> {
+    /// What reading takes at its peak besides the texts, in bytes: for each record `tobj`'s list, hash map and copy, and
+    /// ours; for each face two lists that may have grown to double; for each corner its indices twice and a triangle.
+    fn memory(&self) -> u64 {
         let records = (self.positions + self.texcoords + self.normals).unsigned_abs();
-        let wanted = bytes + records * 160 + self.faces * 320 + self.corners * 96;
+        records * 160 + self.faces * 320 + self.corners * 96
+    }
+
+    /// Asks for the memory that reading takes at its peak, all at once, and gives it back: better a refusal now than
+    /// an abort half-way.
+    fn check_memory(&self, bytes: u64, most: u64) -> Result<()> {
+        let records = (self.positions + self.texcoords + self.normals).unsigned_abs();
+        let wanted = bytes + self.memory();
         let there_is = usize::try_from(wanted).is_ok_and(|n| Vec::<u8>::new().try_reserve_exact(n).is_ok());
-        if wanted > WORKING_LIMIT || records > u64::from(NONE / 4) || !there_is {
+        if wanted > most || records > u64::from(NONE / 4) || !there_is {
             return Err(too_large());
         }
         Ok(())
     }
 }
 
-fn too_large() -> Error {
+pub(crate) fn too_large() -> Error {
     Error::new(ErrorKind::TooLarge, "the mesh needs more memory than there is").remedy("split or thin it out")
 }
 
@@ -330,7 +354,7 @@ mod tests {
 
     fn run(text: &str) -> Result<(Normalized, Vec<crate::error::Warning>)> {
         let mut warnings = Warnings::default();
-        let out = normalize(text.as_bytes(), "a.obj", &mut warnings, &|_| ())?;
+        let out = normalize(text.as_bytes(), "a.obj", &mut warnings, u64::MAX, &|_| ())?;
         Ok((out, warnings.finish("a.obj")))
     }
 
@@ -369,6 +393,9 @@ mod tests {
     #[test]
     fn memory_is_asked_for_before_it_is_used() {
         let counts = Counts { positions: i64::from(u32::MAX), ..Counts::default() };
-        assert_eq!(counts.check_memory(1 << 20).expect_err("too large").kind(), ErrorKind::TooLarge);
+        assert_eq!(
+            counts.check_memory(1 << 20, u64::MAX).expect_err("too large").kind(),
+            ErrorKind::TooLarge
+        );
     }
 }

@@ -31,6 +31,15 @@ pub(crate) struct Geometry {
     pub(crate) triangles: Vec<Triangle>,
 }
 
+impl Geometry {
+    /// Bytes of memory that it takes.
+    pub(crate) fn bytes(&self) -> u64 {
+        let vertices = self.positions.len() * size_of::<DVec3>();
+        let attributes = self.normals.len() * size_of::<Vec3>() + self.texcoords.len() * size_of::<Vec2>();
+        (vertices + attributes + self.triangles.len() * size_of::<Triangle>()) as u64
+    }
+}
+
 /// Builds the geometry; `target` answers for an index into the normalised materials, or [`NONE`].
 ///
 /// # Errors
@@ -197,7 +206,7 @@ mod tests {
 
     fn run(text: &str, mapping: Option<([f64; 2], [f64; 2])>) -> Result<(Geometry, usize)> {
         let mut warnings = Warnings::default();
-        let mut normalized = normalize(text.as_bytes(), "a.obj", &mut warnings, &|_| ())?;
+        let mut normalized = normalize(text.as_bytes(), "a.obj", &mut warnings, u64::MAX, &|_| ())?;
         let geometry = build(&mut normalized, |_| Target { material: 0, mapping }, "a.obj", &mut warnings)?;
         Ok((geometry, warnings.finish("a.obj").len()))
     }

@@ -8,15 +8,14 @@
 //! | a scene or figure file | [`Source::named`] | a relative path to a regular file, `..` allowed |
 //! | an OBJ or MTL | [`Source::asset`] | a regular file under one of the given folders, links resolved |
 //!
-//! With a root folder ([`Files::under`]) each of them must lie in that folder besides, links resolved.
-//! Folders, devices, pipes and sockets are never opened, URLs are never fetched.
+//! With a root folder ([`Files::under`](super::Files::under)) each of them must lie in that folder besides, links
+//! resolved. Folders, devices, pipes and sockets are never opened, nor the kernel's own files (`/proc`, `/sys`); URLs are
+//! never fetched. A link that takes the place of a file or folder after it was found is not followed.
 //! What is missing or refused is [`ErrorKind::Invalid`], what is there but cannot be read [`ErrorKind::Io`],
 //! what is too long [`ErrorKind::TooLarge`].
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::fs;
-use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
 use crate::error::{Error, ErrorKind, Result};
@@ -48,100 +47,18 @@ pub trait Source: Send + Sync {
     /// # Errors
     /// [`ErrorKind::Io`] when it cannot be read, [`ErrorKind::TooLarge`] above `limit` bytes.
     fn read(&self, file: &Path, limit: u64) -> Result<Cow<'_, [u8]>>;
-}
 
-/// The file system, all of it or only what lies under one folder.
-#[derive(Clone, Debug, Default)]
-pub struct Files {
-    root: Option<PathBuf>,
-}
-
-impl Files {
-    /// All files.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// Only files under `root`, links resolved: for documents that others wrote.
+    /// How long a file is that one of the above found, in bytes.
     ///
     /// # Errors
-    /// [`ErrorKind::Invalid`] when `root` is missing or no folder.
-    pub fn under(root: &Path) -> Result<Self> {
-        let shown = root.display().to_string();
-        let found = fs::canonicalize(root).map_err(|e| explain(&e, &shown))?;
-        if !found.is_dir() {
-            return Err(Error::invalid(format!("the root `{shown}` is not a folder")));
-        }
-        Ok(Self { root: Some(found) })
+    /// [`ErrorKind::Io`] when it cannot be reached.
+    fn length(&self, file: &Path) -> Result<u64> {
+        self.read(file, u64::MAX).map(|bytes| bytes.len() as u64)
     }
 
-    fn settle(&self, path: &Path, written: &str, fences: Option<&[PathBuf]>) -> Result<PathBuf> {
-        let found = fs::canonicalize(path).map_err(|e| explain(&e, written))?;
-        if let Some(root) = &self.root
-            && !found.starts_with(root)
-        {
-            return Err(Error::invalid(format!(
-                "`{written}` lies outside the root folder, so it is not opened"
-            ))
-            .remedy(format!("move it under `{}` or choose another root", root.display())));
-        }
-        if let Some(fences) = fences {
-            let inside =
-                |fence: &PathBuf| fs::canonicalize(fence).is_ok_and(|fence| found.starts_with(fence));
-            if !fences.iter().any(inside) {
-                return Err(outside(written));
-            }
-        }
-        let kind = fs::metadata(&found).map_err(|e| explain(&e, written))?;
-        regular(&kind, written)?;
-        Ok(found)
-    }
-}
-
-impl Source for Files {
-    fn argument(&self, path: &Path) -> Result<PathBuf> {
-        self.settle(path, &path.display().to_string(), None)
-    }
-
-    fn named(&self, folder: &Path, written: &str) -> Result<PathBuf> {
-        let name = relative(written)?;
-        self.settle(&joined(folder, &name), written, None)
-    }
-
-    fn asset(&self, folder: &Path, written: &str, fences: &[PathBuf]) -> Result<PathBuf> {
-        let name = slashed(written)?;
-        self.settle(&joined(folder, &name), written, Some(fences))
-    }
-
-    fn read(&self, file: &Path, limit: u64) -> Result<Cow<'_, [u8]>> {
-        let shown = file.display().to_string();
-        let open = || -> io::Result<(fs::Metadata, fs::File)> {
-            let mut options = fs::OpenOptions::new();
-            options.read(true);
-            // A pipe put in the file's place since it was found must not hang us before the check below.
-            #[cfg(unix)]
-            std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK | libc::O_NOCTTY);
-            let handle = options.open(file)?;
-            Ok((handle.metadata()?, handle))
-        };
-        let unreadable =
-            |e: io::Error| Error::new(ErrorKind::Io, format!("cannot read `{shown}`: {}", reason(&e)));
-        regular(&fs::metadata(file).map_err(unreadable)?, &shown)?;
-        let (kind, handle) = open().map_err(unreadable)?;
-        regular(&kind, &shown)?;
-        if kind.len() > limit {
-            return Err(too_long(&shown, limit));
-        }
-        let mut bytes = Vec::new();
-        let wanted = usize::try_from(kind.len()).unwrap_or(usize::MAX);
-        bytes.try_reserve_exact(wanted).map_err(|_| {
-            Error::new(ErrorKind::TooLarge, format!("there is not enough memory to read `{shown}`"))
-        })?;
-        handle.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(unreadable)?;
-        if bytes.len() as u64 > limit {
-            return Err(too_long(&shown, limit));
-        }
-        Ok(Cow::Owned(bytes))
+    /// Bytes of memory that what is loaded from here may take from now on; `None` for no limit.
+    fn room(&self) -> Option<u64> {
+        None
     }
 }
 
@@ -209,7 +126,7 @@ impl Source for Memory {
 }
 
 /// `written` with slashes, if it can be a file's name at all.
-fn slashed(written: &str) -> Result<String> {
+pub(super) fn slashed(written: &str) -> Result<String> {
     let name = written.trim().replace('\\', "/");
     if name.is_empty() {
         return Err(Error::invalid("a file name is empty"));
@@ -222,7 +139,7 @@ fn slashed(written: &str) -> Result<String> {
 }
 
 /// `written` with slashes, if it is a relative path.
-fn relative(written: &str) -> Result<String> {
+pub(super) fn relative(written: &str) -> Result<String> {
     let name = slashed(written)?;
     let drive = name.as_bytes().get(1) == Some(&b':') && name.as_bytes()[0].is_ascii_alphabetic();
     if drive || name.starts_with('/') || Path::new(&name).is_absolute() {
@@ -233,7 +150,7 @@ fn relative(written: &str) -> Result<String> {
 }
 
 /// `folder/name`, component by component: on Windows a resolved folder takes neither `/` nor `..` as they are.
-fn joined(folder: &Path, name: &str) -> PathBuf {
+pub(super) fn joined(folder: &Path, name: &str) -> PathBuf {
     if !cfg!(windows) || Path::new(name).is_absolute() {
         return folder.join(name);
     }
@@ -262,44 +179,20 @@ fn flattened(path: &Path) -> Option<PathBuf> {
     Some(flat)
 }
 
-fn regular(kind: &fs::Metadata, written: &str) -> Result<()> {
-    if kind.is_file() {
-        return Ok(());
-    }
-    let what = if kind.is_dir() { "a folder" } else { "a device, pipe or socket" };
-    Err(Error::invalid(format!("`{written}` is {what}, not a file")))
-}
-
-/// Missing is the input's fault, unreadable the system's.
-fn explain(e: &io::Error, written: &str) -> Error {
-    use io::ErrorKind::{InvalidFilename, InvalidInput, NotADirectory, NotFound};
-    match e.kind() {
-        NotFound | NotADirectory => missing(written),
-        InvalidInput | InvalidFilename => Error::invalid(format!("`{written}` cannot be a file name")),
-        _ => Error::new(ErrorKind::Io, format!("cannot read `{written}`: {}", reason(e))),
-    }
-}
-
-/// The system's reason, without the "(os error 13)" at its end.
-fn reason(e: &io::Error) -> String {
-    let text = e.to_string();
-    let end = text.find(" (os error").unwrap_or(text.len());
-    text[..end].to_lowercase()
-}
-
-fn missing(written: &str) -> Error {
+pub(super) fn missing(written: &str) -> Error {
     Error::invalid(format!("there is no file `{written}`"))
 }
 
-fn outside(written: &str) -> Error {
+pub(super) fn outside(written: &str) -> Error {
     Error::invalid(format!(
         "`{written}` lies outside the folders of the mesh and the scene, so it is not opened"
     ))
     .remedy("copy it beside the mesh")
 }
 
-fn too_long(shown: &str, limit: u64) -> Error {
-    Error::new(ErrorKind::TooLarge, format!("`{shown}` is longer than the {} MiB allowed", limit >> 20))
+pub(super) fn too_long(shown: &str, limit: u64) -> Error {
+    let most = if limit >> 20 > 0 { format!("{} MiB", limit >> 20) } else { format!("{limit} bytes") };
+    Error::new(ErrorKind::TooLarge, format!("`{shown}` is longer than the {most} allowed"))
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::material::Material;
 use super::mesh::{Model, NONE};
 use super::patches::Patches;
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, memory};
 use crate::quantity::Angle;
 use glam::{DMat3, DVec3, Vec2, Vec3};
 use std::sync::Arc;
@@ -63,7 +63,7 @@ impl Surfaces {
     ///
     /// # Errors
     /// [`ErrorKind::TooLarge`] when there is not so much memory.
-    pub(crate) fn reserve(&mut self, models: &[Arc<Model>], most: Option<u64>) -> Result<()> {
+    pub(crate) fn reserve(&mut self, models: &[Arc<Model>], most: u64) -> Result<()> {
         let count = |of: fn(&Model) -> usize| models.iter().map(|model| of(model)).sum::<usize>();
         let (positions, normals) = (count(|m| m.positions.len()), count(|m| m.normals.len()));
         let (texcoords, triangles) = (count(|m| m.texcoords.len()), count(|m| m.triangles.len()));
@@ -81,10 +81,11 @@ impl Surfaces {
             self.attributes.try_reserve_exact(triangles)?;
             self.materials.try_reserve_exact(materials)
         };
-        if most.is_some_and(|most| bytes as u64 > most) || reserved().is_err() {
-            let gigabytes = bytes as f64 / 1e9;
-            let message =
-                format!("the meshes take {gigabytes:.1} GB together, and there is not so much memory");
+        // What finding the patches takes besides, for each triangle: a key, a leader, two lists of flat ones.
+        let working = triangles as u64 * 250;
+        if bytes as u64 + working > most || reserved().is_err() {
+            let sum = memory(bytes as u64 + working);
+            let message = format!("the meshes take {sum} together, and there is not so much memory");
             return Err(Error::new(ErrorKind::TooLarge, message).remedy("leave out meshes"));
         }
         Ok(())

@@ -6,7 +6,10 @@
 
 use std::borrow::Cow;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, ErrorKind, Result};
+
+/// Longest line, continued ones joined, in bytes: a face with a million corners has a third of it.
+const LINE_LIMIT: usize = 64 << 20;
 
 /// One statement: its continued lines joined, trimmed, never empty, never a comment.
 #[derive(Debug)]
@@ -65,7 +68,7 @@ pub(crate) fn statements(bytes: &[u8]) -> Result<Statements<'_>> {
     let bytes = bytes.strip_prefix(&[0xef, 0xbb, 0xbf]).unwrap_or(bytes);
     // Only a file without any line feed is taken to end its lines with carriage returns, as old Macs did.
     let end = if bytes.contains(&b'\n') { b'\n' } else { b'\r' };
-    Ok(Statements { bytes, at: 0, line: 0, end })
+    Ok(Statements { bytes, at: 0, line: 0, end, overlong: None })
 }
 
 /// Iterator over [`Statement`]s.
@@ -75,6 +78,7 @@ pub(crate) struct Statements<'a> {
     at: usize,
     line: usize,
     end: u8,
+    overlong: Option<usize>,
 }
 
 impl<'a> Statements<'a> {
@@ -83,10 +87,29 @@ impl<'a> Statements<'a> {
         self.at
     }
 
+    /// To be asked after the last statement.
+    ///
+    /// # Errors
+    /// [`ErrorKind::TooLarge`] with the line when one was longer than any writer makes it; reading ended there.
+    pub(crate) fn finish(&self) -> Result<()> {
+        let Some(line) = self.overlong else { return Ok(()) };
+        let message = format!("a line is longer than {} MiB", LINE_LIMIT >> 20);
+        Err(Error::new(ErrorKind::TooLarge, message)
+            .at_line(line)
+            .remedy("check that this is the file meant"))
+    }
+
     fn next_line(&mut self) -> Option<&'a [u8]> {
         let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
         self.line += 1;
-        let end = rest.iter().position(|&b| b == self.end).unwrap_or(rest.len());
+        // Looked for no farther than is taken: the rest of a disk full of zeros need not be read.
+        let window = &rest[..rest.len().min(LINE_LIMIT + 1)];
+        let end = window.iter().position(|&b| b == self.end).unwrap_or(window.len());
+        if end > LINE_LIMIT {
+            self.overlong = Some(self.line);
+            self.at = self.bytes.len();
+            return None;
+        }
         let line = &rest[..end];
         self.at += end + 1;
         Some(line)
@@ -109,6 +132,11 @@ impl<'a> Iterator for Statements<'a> {
                     let mut whole = begun.to_vec();
                     while let Some(next) = self.next_line() {
                         let next = next.trim_ascii();
+                        if whole.len() + next.len() > LINE_LIMIT {
+                            self.overlong = Some(line);
+                            self.at = self.bytes.len();
+                            return None;
+                        }
                         let end = next.strip_suffix(b"\\");
                         whole.push(b' ');
                         whole.extend_from_slice(end.unwrap_or(next));

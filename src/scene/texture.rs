@@ -3,12 +3,13 @@
 //! Texels are stored as the file has them (row 0 is the top, orientation tags are not followed: texture coordinates
 //! go by the stored rows), red, green and blue decoded from sRGB to linear light, alpha as it is, not premultiplied.
 
+use std::cell::Cell;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::OnceLock;
 
-use image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use rayon::prelude::*;
 
 use super::mip::next_level;
@@ -94,14 +95,60 @@ pub(crate) enum Use {
     Opacity,
 }
 
-/// Decodes a picture file; `name` helps where the content does not tell the format (TGA has no mark).
+/// What decoding takes, in bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Cost {
+    /// While it is decoded, the file's own bytes included.
+    pub(crate) working: u64,
+    /// What stays: the texture.
+    pub(crate) kept: u64,
+}
+
+thread_local! {
+    static DECODING: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Whether this thread is inside a picture decoder. Its panics are caught and become errors: a panic hook that prints
+/// can ask here and be silent.
+pub fn is_decoding() -> bool {
+    DECODING.get()
+}
+
+/// Decoders are others' code and get hostile bytes: a fault of theirs must not end the program.
+fn guarded<T>(decode: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    DECODING.set(true);
+    let done = catch_unwind(AssertUnwindSafe(decode));
+    DECODING.set(false);
+    done.unwrap_or_else(|_| Err("its decoder failed".to_owned()))
+}
+
+/// What decoding the picture file will take, as its head tells.
+///
+/// # Errors
+/// As for [`decode`].
+pub(crate) fn cost(bytes: &[u8], name: &Path) -> Result<Cost, String> {
+    guarded(|| {
+        let decoder = reader(bytes, name)?.into_decoder().map_err(|e| clause(&e))?;
+        let (width, height) = decoder.dimensions();
+        if width.max(height) > SIDE_LIMIT || u64::from(width) * u64::from(height) > TEXEL_LIMIT {
+            return Err(format!("its {width} x {height} texels are more than allowed"));
+        }
+        let texels = u64::from(width) * u64::from(height);
+        // Texels as decoded, and once more for what decoders hold besides; where they are wider than 8 bits, a copy.
+        let decoded = decoder.total_bytes();
+        let copy = if decoded > 4 * texels { 8 * texels } else { 0 };
+        let file = bytes.len() as u64;
+        Ok(Cost { working: 2 * file + 2 * decoded + copy, kept: texels * 8 * 4 / 3 + 8 })
+    })
+}
+
+/// Decodes a picture file whose [`cost`] was asked for; `name` helps where the content does not tell the format (TGA has
+/// no mark).
 ///
 /// # Errors
 /// A clause that says what is wrong with it.
 pub(crate) fn decode(bytes: &[u8], name: &Path, what_for: Use) -> Result<Texture, String> {
-    // Decoders are others' code and get hostile bytes: a fault of theirs must not end the program.
-    let picture = catch_unwind(AssertUnwindSafe(|| picture(bytes, name)))
-        .unwrap_or_else(|_| Err("its decoder failed".to_owned()))?;
+    let picture = guarded(|| reader(bytes, name)?.decode().map_err(|e| clause(&e)))?;
     let (width, height) = (picture.width(), picture.height());
     let texels = match what_for {
         Use::Diffuse => colours(picture),
@@ -111,25 +158,18 @@ pub(crate) fn decode(bytes: &[u8], name: &Path, what_for: Use) -> Result<Texture
     Texture::from_level(Level { width, height, texels }).ok_or_else(|| "it is empty".to_owned())
 }
 
-fn picture(bytes: &[u8], name: &Path) -> Result<DynamicImage, String> {
+fn reader<'b>(bytes: &'b [u8], name: &Path) -> Result<ImageReader<Cursor<&'b [u8]>>, String> {
     let said = name.extension().and_then(ImageFormat::from_extension);
     let seen = image::guess_format(bytes).ok();
     let format = seen.filter(ImageFormat::reading_enabled).or(said).or(seen);
     let format = format.ok_or("it is no picture of a known format")?;
-    let reader = || {
-        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-        let mut limits = Limits::default();
-        limits.max_image_width = Some(SIDE_LIMIT);
-        limits.max_image_height = Some(SIDE_LIMIT);
-        limits.max_alloc = Some(DECODED_LIMIT);
-        reader.limits(limits);
-        reader
-    };
-    let (width, height) = reader().into_dimensions().map_err(|e| clause(&e))?;
-    if width.max(height) > SIDE_LIMIT || u64::from(width) * u64::from(height) > TEXEL_LIMIT {
-        return Err(format!("its {width} x {height} texels are more than allowed"));
-    }
-    reader().decode().map_err(|e| clause(&e))
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(SIDE_LIMIT);
+    limits.max_image_height = Some(SIDE_LIMIT);
+    limits.max_alloc = Some(DECODED_LIMIT);
+    reader.limits(limits);
+    Ok(reader)
 }
 
 /// A decoder's message as one line.
@@ -252,7 +292,7 @@ mod tests {
     fn too_large_or_broken_is_refused() {
         for (width, height) in [(SIDE_LIMIT + 1, 1), (8193, 8192)] {
             let picture = png(ImageBuffer::<Luma<u8>, _>::new(width, height));
-            assert!(decode(&picture, Path::new("a.png"), Use::Diffuse).is_err(), "{width} x {height}");
+            assert!(cost(&picture, Path::new("a.png")).is_err(), "{width} x {height}");
         }
         let whole = png(ImageBuffer::from_pixel(9, 9, Rgb([1u8, 2, 3])));
         for end in 0..whole.len() - 20 {

@@ -10,9 +10,9 @@ mod study;
 mod ways;
 
 use super::effects::EffectArguments;
-use super::input::{self, SceneArguments};
+use super::input::{self, MemoryArguments, SceneArguments};
 use super::values::Pixels;
-use super::{interrupt, optics_words, report as tell, stats};
+use super::{interrupt, optics_words, output, report as tell, stats};
 use groundglass::error::{Error, Result};
 use std::path::PathBuf;
 use study::Study;
@@ -21,6 +21,8 @@ use study::Study;
 pub(super) struct Arguments {
     #[command(flatten)]
     pub(super) scene: SceneArguments,
+    #[command(flatten)]
+    pub(super) memory: MemoryArguments,
     /// The folder to write to; groundglass-out/STEM-cost by default
     #[arg(short, long, value_name = "DIR")]
     pub(super) output: Option<PathBuf>,
@@ -42,25 +44,30 @@ const WIDTH: u32 = 480;
 const QUICK_WIDTH: u32 = 160;
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let input = input::read(&arguments.scene)?;
+    let threads = stats::threads(arguments.threads);
+    let input = input::read(&arguments.scene)?.within(arguments.memory, threads);
     input.scene.refuse_unbuilt_effects()?;
     let usual = if arguments.quick { QUICK_WIDTH } else { WIDTH };
     let mut scene = input.load_at(Some(arguments.width.map_or(usual, |width| width.0)))?;
     arguments.effects.apply(&mut scene)?;
     tell::warnings(&scene.warnings);
     tell::warnings(&optics_words::warnings(&scene.optics, &input.name()));
-    if let Some(available) = stats::available_memory() {
-        scene.check_memory(available)?;
-    }
     let stem = arguments.scene.scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let folder = arguments
         .output
         .clone()
         .unwrap_or_else(|| PathBuf::from("groundglass-out").join(format!("{stem}-cost")));
-    std::fs::create_dir_all(&folder).map_err(|error| super::output::broken(&folder, &error))?;
-    let threads = arguments.threads.map(usize::from);
+    // Held to the end: a study that cannot begin leaves no folder.
+    let _folder = match arguments.output {
+        None => Some(output::Folder::make(&folder)?),
+        Some(_) => {
+            std::fs::create_dir_all(&folder).map_err(|error| output::broken(&folder, &error))?;
+            None
+        }
+    };
+    let limits = (Some(threads), input.room());
     let study = interrupt::polled(|cancel| {
-        let mut study = Study::open(&scene, &folder, threads, arguments.quick, input.read_paths())?;
+        let mut study = Study::open(&scene, &folder, limits, arguments.quick, input.read_paths())?;
         study.measure(cancel)?;
         Ok(study)
     })

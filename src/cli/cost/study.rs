@@ -7,8 +7,9 @@ use exr::prelude::{ReadChannels, ReadLayers};
 use groundglass::error::{Error, Result};
 use groundglass::picture::{Allocation, Exposure};
 use groundglass::render::{Execution, SimdLevel, render};
-use groundglass::scene::{Budget, Scene};
+use groundglass::scene::{Budget, Files, Scene, Source};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -63,7 +64,8 @@ pub(super) struct Study<'a> {
     /// None until [`Study::measure`] has it.
     pub(super) truth: Option<Exposure>,
     folder: &'a Path,
-    threads: Option<usize>,
+    /// Threads, and bytes of memory that drawing may take.
+    limits: (Option<usize>, Option<u64>),
     /// Files that were read, which no output may replace.
     pub(super) read: Vec<PathBuf>,
 }
@@ -73,7 +75,7 @@ impl<'a> Study<'a> {
     pub(super) fn open(
         scene: &'a Scene,
         folder: &'a Path,
-        threads: Option<usize>,
+        limits: (Option<usize>, Option<u64>),
         quick: bool,
         read: Vec<PathBuf>,
     ) -> Result<Self> {
@@ -83,13 +85,13 @@ impl<'a> Study<'a> {
             width: scene.render.width,
             height: scene.render.height,
             quick,
-            threads: threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
+            threads: limits.0.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
             simd: SimdLevel::best().name().to_owned(),
             converged_samples: if quick { QUICK_TRUTH } else { TRUTH },
             measured: Vec::new(),
         };
         let mut truth = None;
-        let found = std::fs::read_to_string(folder.join("cost.json")).ok();
+        let found = kept(&folder.join("cost.json"));
         if let Some(found) = found.and_then(|text| serde_json::from_str::<Table>(&text).ok()) {
             let blank = |table: &Table| Table { measured: Vec::new(), ..table.clone() };
             let same = serde_json::to_string(&blank(&found)).ok() == serde_json::to_string(&table).ok();
@@ -101,7 +103,7 @@ impl<'a> Study<'a> {
                 }
             }
         }
-        Ok(Self { scene, table, truth, folder, threads, read })
+        Ok(Self { scene, table, truth, folder, limits, read })
     }
 
     /// Measures what is not measured yet.
@@ -146,7 +148,12 @@ impl<'a> Study<'a> {
     }
 
     fn execution<'b>(&self, cancel: &'b AtomicBool) -> Execution<'b> {
-        Execution { threads: self.threads, cancel: Some(cancel), ..Execution::default() }
+        Execution {
+            threads: self.limits.0,
+            memory: self.limits.1,
+            cancel: Some(cancel),
+            ..Execution::default()
+        }
     }
 
     /// The converged picture, of other samples than any that is measured.
@@ -239,4 +246,10 @@ fn converged(path: &Path, table: &Table) -> Option<Exposure> {
 /// For a study of nothing.
 pub(super) fn nothing() -> Error {
     Error::invalid("nothing was measured")
+}
+/// The text of a file of an earlier study, if there is one.
+fn kept(path: &Path) -> Option<String> {
+    let files = Files::new();
+    let bytes = files.argument(path).and_then(|path| files.read(&path, 16 << 20).map(Cow::into_owned));
+    String::from_utf8(bytes.ok()?).ok()
 }

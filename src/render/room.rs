@@ -1,0 +1,77 @@
+//! Memory that drawing takes, asked for before it is used: sizes in, an error or go-ahead out.
+
+use super::Execution;
+use super::picture::Sequence;
+use crate::error::{Error, ErrorKind, Result, memory};
+use crate::raster::TILE;
+use crate::raster::bin::Bins;
+use crate::scene::Scene;
+
+/// Bytes for each triangle: whether it is cut out, its place in the order, its box where it crosses the frustum, and the
+/// lists of tiles, in which it has 16 entries at most and few as a rule.
+const TRIANGLE: u64 = 700;
+
+/// Bytes for each triangle of a tile that a thread sets up; its lists may have grown to double.
+const SETUP: u64 = 2 * 600;
+
+/// Cells of the lens for each of which a vertex has a box of its own: the most there are.
+const CELLS: u64 = 16;
+
+/// What may yet be taken.
+pub(super) struct Room {
+    left: u64,
+    threads: u64,
+}
+
+impl Room {
+    /// Asks for the picture, for vertices and triangles, and for what each thread holds whatever a tile has in it.
+    ///
+    /// # Errors
+    /// [`ErrorKind::TooLarge`], saying how much it is.
+    pub(super) fn new(scene: &Scene, sequence: Sequence, execution: &Execution<'_>) -> Result<Self> {
+        let count = |length: usize| length as u64;
+        let (vertices, triangles) = (scene.surfaces.positions.len(), scene.surfaces.triangles.len());
+        let threads = count(rayon::current_num_threads());
+        let tiles = |side: u32| u64::from(side.div_ceil(TILE) * TILE);
+        let pixels = tiles(scene.render.width) * tiles(scene.render.height);
+        // The exposure, with the sums of a picture that comes in rounds.
+        let (pixel, samples) = match sequence {
+            Sequence::Uniform(samples) => (12, samples),
+            Sequence::Runs => (40, 1024),
+        };
+        let pixel = pixel + if execution.error_map { 4 } else { 0 };
+        let shared = pixels * pixel + count(vertices) * (24 + 8 * CELLS) + count(triangles) * TRIANGLE;
+        // Where it met each surface, and the samples of a pixel, sorted.
+        let each = count(triangles) * 8 + u64::from(samples) * 160 + (1 << 20);
+        let (need, most) = (shared + threads * each, execution.memory.unwrap_or(u64::MAX));
+        if need > most {
+            let (width, height) = (scene.render.width, scene.render.height);
+            let message = format!(
+                "a picture of {width} x {height} pixels of {triangles} triangles needs about {} to draw, and {} are left",
+                memory(need),
+                memory(most)
+            );
+            return Err(Error::new(ErrorKind::TooLarge, message)
+                .remedy("ask for a smaller --width or fewer --threads, or allow more memory"));
+        }
+        Ok(Self { left: most - need, threads })
+    }
+
+    /// Asks for what the threads need to set up their tiles.
+    ///
+    /// # Errors
+    /// [`ErrorKind::TooLarge`] when the fullest are too full.
+    pub(super) fn check_tiles(&self, bins: &Bins) -> Result<()> {
+        let need = (bins.fullest() as u64).saturating_mul(SETUP).saturating_mul(self.threads);
+        if need > self.left {
+            let message = format!(
+                "so many triangles may be seen at one place that drawing it takes {}, and {} are left",
+                memory(need),
+                memory(self.left)
+            );
+            return Err(Error::new(ErrorKind::TooLarge, message)
+                .remedy("thin out the meshes, ask for fewer --threads, or allow more memory"));
+        }
+        Ok(())
+    }
+}
