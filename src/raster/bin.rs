@@ -15,15 +15,15 @@ use rayon::prelude::*;
 /// Triangles and vertices that a parallel task takes at a time; the result does not depend on it.
 const CHUNK: usize = 4096;
 
-/// A triangle that may be seen: all that its set-up needs lies together, since tiles come by it again and again.
+/// A triangle that may be seen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
     /// Its number in the scene.
     pub triangle: u32,
     /// The depth of its nearest corner; 0 behind the lens.
     pub nearest: f32,
-    /// Its corners, lens frame.
-    pub corners: [DVec3; 3],
+    /// Its corners, as numbers of vertices.
+    pub vertices: [u32; 3],
     /// Whether all of them lie in the frustum.
     pub is_inside: bool,
 }
@@ -69,10 +69,10 @@ impl Bins {
                         found.boxes.truncate(first);
                         continue;
                     };
-                    let corners = vertices.map(|v| positions[v as usize]);
-                    let key = key(corners[0].z.min(corners[1].z).min(corners[2].z));
+                    let [a, b, c] = vertices.map(|v| positions[v as usize].z);
+                    let key = key(a.min(b).min(c));
                     let (nearest, is_inside) = (f32::from_bits(key), boxes.are_inside(vertices));
-                    found.candidates.push(Candidate { triangle, nearest, corners, is_inside });
+                    found.candidates.push(Candidate { triangle, nearest, vertices, is_inside });
                     found.tiles.push(tiles);
                 }
                 found

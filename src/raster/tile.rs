@@ -12,11 +12,13 @@ use super::view::{Batch, View};
 use super::visibility::{Group, Visibility, group, singles};
 use super::{LANES, TILE};
 use fearless_simd::Level;
+use glam::DVec3;
 
 /// The geometry to draw, in the lens frame.
 pub(crate) struct Geometry<'a> {
     pub view: &'a View,
     pub bins: &'a Bins,
+    pub positions: &'a [DVec3],
     /// For each triangle, whether samples may pass through it.
     pub cutout: &'a [bool],
     /// The surface that a triangle is part of, and how many surfaces there are. Which surface is seen is all
@@ -164,7 +166,8 @@ impl TileScratch {
         (block.imaged, block.near, block.cutout) = (0, 0, 0);
         for (lane, &place) in self.next.iter().take(self.waiting).enumerate() {
             let (candidate, _) = bins.candidate(place);
-            for (corner, place) in corners.iter_mut().zip(&candidate.corners) {
+            for (corner, &vertex) in corners.iter_mut().zip(&candidate.vertices) {
+                let place = geometry.positions[vertex as usize];
                 corner[0][lane] = place.x;
                 corner[1][lane] = place.y;
                 corner[2][lane] = place.z;

@@ -117,6 +117,7 @@ impl Picture<'_> {
         let geometry = Geometry {
             view: &self.view,
             bins: &self.bins,
+            positions: &self.positions,
             cutout: &self.cutout,
             surface: &|t| self.patch(t).0,
             surfaces: self.surface_count,

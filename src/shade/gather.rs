@@ -33,13 +33,49 @@ fn nearest<S: Simd>(
     down: f32x16<S>,
     lanes: [u16; 2],
 ) -> [Vec4; 2] {
+    let places = nearest_texels(simd, choice, right, down);
+    let texels = &choice.level.texels[..];
+    [sum(texels, &places, lanes[0]), sum(texels, &places, lanes[1])]
+}
+
+/// The number of the texel that each of 16 places lies in.
+#[inline(always)]
+fn nearest_texels<S: Simd>(simd: S, choice: Choice<'_>, right: f32x16<S>, down: f32x16<S>) -> [u32; LANES] {
     let steps = (right * choice.right.size + choice.right.part).floor();
     let (column, _) = wrap(simd, choice.right, steps, 0.0);
     let steps = (down * choice.down.size + choice.down.part).floor();
     let (row, _) = wrap(simd, choice.down, steps, 0.0);
-    let places = (row * u32x16::splat(simd, choice.level.width) + column).to_array();
+    (row * u32x16::splat(simd, choice.level.width) + column).to_array()
+}
+
+/// The colour of each of `lanes`, which look right and down from the texture's anchor.
+#[inline(always)]
+pub(crate) fn each<S: Simd>(
+    simd: S,
+    choice: Choice<'_>,
+    [right, down]: [f32x16<S>; 2],
+    lanes: u16,
+    out: &mut [Vec4; LANES],
+) {
     let texels = &choice.level.texels[..];
-    [sum(texels, &places, lanes[0]), sum(texels, &places, lanes[1])]
+    let mut rest = lanes;
+    if choice.nearest {
+        let places = nearest_texels(simd, choice, right, down);
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize % LANES;
+            rest &= rest - 1;
+            let texel = texels.get(places[lane] as usize).copied().unwrap_or_default();
+            out[lane] = Vec4::from_array(texel.map(f32::from)) * (1.0 / 65535.0);
+        }
+    } else {
+        let Between { corners, fx, fy } = between(simd, choice, right, down);
+        let shares = [fx.to_array(), fy.to_array()];
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize % LANES;
+            rest &= rest - 1;
+            out[lane] = interpolate(texels, &corners, &shares, 1 << lane);
+        }
+    }
 }
 
 /// [`Side::wrap`] for 16, and whether none of them, nor any up to `more` texels on, needed wrapping.
@@ -260,7 +296,16 @@ mod tests {
                 let spots = coordinates.at(simd, f32x16::splat(simd, 3.0), f32x16::splat(simd, -2.0));
                 sums(simd, choice, spots.usable(simd), lanes, batch.odd)
             });
+            let alone = at_level!(SimdLevel::best().level(), simd => {
+                let coordinates = Coordinates::of_batch(simd, &k, &batch);
+                let spots = coordinates.at(simd, f32x16::splat(simd, 3.0), f32x16::splat(simd, -2.0));
+                let mut out = [Vec4::ZERO; LANES];
+                each(simd, choice, spots.usable(simd), lanes, &mut out);
+                out
+            });
             for half in 0..2 {
+                let sum: Vec4 = alone[8 * half..8 * half + 8].iter().sum();
+                assert!((sum - wanted[half]).abs().max_element() < 1e-3, "each of {lanes:x}");
                 assert!((found[half] - wanted[half]).abs().max_element() < 1e-3, "{lanes:x}");
             }
         }

@@ -13,7 +13,7 @@ use crate::raster::LANES;
 use crate::raster::visibility::Group;
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, f32x16};
-use glam::{Vec2, Vec3};
+use glam::{Vec3, Vec4};
 
 impl Shader<'_> {
     /// Adds the light of `groups`, all of which see the surface of `look`, or the sky where there is none.
@@ -55,13 +55,39 @@ fn surface<S: Simd>(
     for chunk in groups.chunks(LANES) {
         let at = samples.places(simd, chunk);
         let light = light(simd, shader, look, samples.rays, &at);
-        let mut spots = [[0.0; LANES]; 2];
         let mut squares = [0.0; LANES];
+        let mut spots = [f32x16::splat(simd, 0.0); 2];
         if let Some((map, functions, _)) = &texture {
             let coordinates = Coordinates::new(functions, at.u, at.v);
             let found = coordinates.at(simd, at.x, at.y);
-            spots = [found.s.to_array(), found.t.to_array()];
+            spots = found.usable(simd);
             squares = coordinates.shorter_side_squared(&found, filter::size(map));
+        }
+        if samples.single {
+            let mut texels = [Vec4::ONE; LANES];
+            if let Some((map, ..)) = &texture {
+                // Lanes of one level together: mostly all of them.
+                let mut rest = (0xffff_u32 >> (LANES - chunk.len().min(LANES))) as u16;
+                while rest != 0 {
+                    let level = filter::colour_level(squares[rest.trailing_zeros() as usize]);
+                    let mut same = 0;
+                    for (lane, &square) in squares.iter().enumerate() {
+                        same |= u16::from(filter::colour_level(square) == level) << lane;
+                    }
+                    same &= rest;
+                    rest &= !same;
+                    if let Some(choice) = Choice::colour(map, level, look.anchor) {
+                        gather::each(simd, choice, spots, same, &mut texels);
+                    }
+                }
+            }
+            for (i, group) in chunk.iter().enumerate().take(LANES) {
+                let reflected = diffuse * Vec3::new(light[0][i], light[1][i], light[2][i]);
+                let color = emission + texels[i].truncate() * reflected;
+                let [even, odd] = samples.counts(group);
+                samples.add(group, [color * even, color * odd], sums);
+            }
+            continue;
         }
         for (i, group) in chunk.iter().enumerate().take(LANES) {
             let counts = samples.counts(group);
@@ -73,15 +99,10 @@ fn surface<S: Simd>(
                     choice = Choice::colour(map, level, look.anchor).map(|choice| (level, choice));
                 }
                 let Some((_, choice)) = choice else { continue };
-                let read = if samples.single {
-                    let texel = choice.read(Vec2::new(spots[0][i], spots[1][i]));
-                    [texel * counts[0], texel * counts[1]]
-                } else {
-                    let corner = samples.corner(group);
-                    let (x, y) = (f32x16::splat(simd, corner.x), f32x16::splat(simd, corner.y));
-                    let at = coordinates.at(simd, x, y).usable(simd);
-                    gather::sums(simd, choice, at, group.lanes, samples.batch.odd)
-                };
+                let corner = samples.corner(group);
+                let (x, y) = (f32x16::splat(simd, corner.x), f32x16::splat(simd, corner.y));
+                let at = coordinates.at(simd, x, y).usable(simd);
+                let read = gather::sums(simd, choice, at, group.lanes, samples.batch.odd);
                 colors = [
                     emission * counts[0] + read[0].truncate() * reflected,
                     emission * counts[1] + read[1].truncate() * reflected,
