@@ -31,7 +31,7 @@ impl Setting {
         match self {
             Self::Samples(n) => format!("N = {n}"),
             Self::ErrorOf(n) => format!("error of N = {n}"),
-            Self::Approximation(n) => format!("pinhole, N = {n}"),
+            Self::Approximation(n) => format!("pinhole of N = {n}"),
         }
     }
 }
