@@ -108,6 +108,7 @@ pub mod sampling;
 pub mod scene;
 mod shade;
 mod simd;
+pub mod stability;
 mod threads;
 
 pub use camera::{Aperture, Camera, FilmSize, Standard};

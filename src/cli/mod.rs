@@ -22,6 +22,7 @@ mod replay;
 mod report;
 mod schema;
 mod solve;
+mod stability;
 mod stats;
 mod values;
 
@@ -60,6 +61,8 @@ enum Verb {
     Schema(schema::Arguments),
     /// Writes a first scene for an OBJ model
     New(new::Arguments),
+    /// Draws how exact the optics are, beside textbook formulas
+    Stability(stability::Arguments),
 }
 
 /// Parses the arguments of this process, runs the verb and reports its error, if any.
@@ -97,6 +100,7 @@ fn dispatch(verb: &Verb) -> Result<bool> {
         Verb::Cost(arguments) => cost::run(arguments),
         Verb::Schema(arguments) => schema::run(arguments),
         Verb::New(arguments) => new::run(arguments),
+        Verb::Stability(arguments) => stability::run(arguments),
         Verb::Diagram(_) => Ok(()),
     }
     .map(|()| true)

@@ -37,7 +37,7 @@
 //! Charts (`kind = "plot"`) have no panel. Their group `chart` says with `data-x` and `data-y` how its axes run (`log a b`:
 //! page = a + b log10(value); `linear a b`: page = a + b value) and holds `grid`, `tick`, `tick-label`, `axis-title`,
 //! `guide`, `legend` and, with `data-series`, `data-x` and `data-y` (the values), each `series` of `line`, `marker`
-//! and `error-bar`.
+//! and `error-bar`. Heat maps (`kind = "heat-map"`) are such charts side by side; each has `cells` with `data-series`.
 //!
 //! `data-off-page` says why a part's group is empty: `beyond` the panel's frame, `at-infinity`, `parallel` to the
 //! section, `not-cut` by it; of a `label`, `no-room` for the words in `data-words`.

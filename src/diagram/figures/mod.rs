@@ -12,6 +12,9 @@ mod figure_1;
 pub(crate) mod file;
 mod film_tilt_vs_lens_tilt;
 mod focus_sweep;
+mod heat_map;
+mod heat_map_grid;
+mod heat_map_keys;
 mod hinge;
 pub(crate) mod keys;
 mod limits;
@@ -170,6 +173,12 @@ pub const KINDS: &[Kind] = &[
         [keys::CameraKeys, stage::SectionKeys, view_pair::Keys]
     ),
     kind!("plot", "a chart of numbers from CSV or JSON, with error bars", plot::draw, [plot_keys::Keys]),
+    kind!(
+        "heat-map",
+        "maps of a number over two axes, side by side, from CSV or JSON",
+        heat_map::draw,
+        [heat_map_keys::Keys]
+    ),
 ];
 
 impl Kind {

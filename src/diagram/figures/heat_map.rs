@@ -1,0 +1,293 @@
+//! `kind = "heat-map"`: maps of a number over two axes, side by side and to one scale of colours, from a CSV or JSON file.
+//!
+//! Each map is a group `chart` whose `data-x` and `data-y` say how its axes run, as in a plot; its `cells` have
+//! `data-series`, the map's name. Colours step at the bands: a reader sees which band a cell is in, not a shade.
+
+use super::file::Input;
+use super::heat_map_grid::{self, Grid, Map};
+use super::heat_map_keys::{AxisKeys, Keys};
+use super::plot_axis::{Axis, Range, Scale, Tick};
+use crate::diagram::Figure;
+use crate::diagram::display_list::{Color, Fill, Group, Item, Shape};
+use crate::diagram::lettering;
+use crate::diagram::panel::Panel;
+use crate::diagram::sheet::{MARGIN, Sheet, plain};
+use crate::diagram::theme::{self, Theme, solid};
+use crate::diagram::words::{exact, short};
+use crate::error::{Error, Result};
+
+/// Height of a line of letters.
+const LINE: f64 = (lettering::ASCENT + lettering::DESCENT) * theme::LETTER;
+/// From the frame down to the labels of its ticks.
+const AWAY: f64 = 1.8;
+/// Free room between maps.
+const BETWEEN: f64 = 4.0;
+/// Height of a colour's sample in the legend.
+const SAMPLE: f64 = 3.0;
+
+/// Draws the figure that a file describes.
+pub(crate) fn draw(input: &Input) -> Result<Figure> {
+    let page = input.page(|width| 0.42 * width)?;
+    let keys: Keys = input.keys()?;
+    if !keys.bands.windows(2).all(|pair| pair[0] < pair[1]) {
+        return Err(input.document.error("bands", "the bands do not rise").remedy("sort them"));
+    }
+    let grid = heat_map_grid::read(input, &keys)?;
+    let mut sheet = Sheet::new(page.size, [60.0, 45.0], &page.theme)?;
+    sheet.background = page.background;
+    let top = sheet.heading(page.title.as_deref())?;
+    let frames = frames(&keys, &grid, &sheet, top)?;
+    let colors = Colors::new(&page.theme, keys.bands.len() + 1);
+    for (i, ((frame, map), panel)) in frames.iter().zip(&grid.maps).zip(&keys.panel).enumerate() {
+        let [left, upper, right, bottom] = *frame;
+        let (x, y) = (Axis::new(grid.x.range, left, right), Axis::new(grid.y.range, bottom, upper));
+        let cells = cells(&grid, map, &keys.bands, &colors, [&x, &y], *frame);
+        let mut items = vec![Item::Group(Group {
+            part: Some("cells"),
+            data: vec![("data-series", plain(&panel.name))],
+            items: cells,
+            ..Group::default()
+        })];
+        items.extend(axes(&keys, [&x, &y], *frame, i == 0, &sheet)?);
+        let name = lettering::runs(&panel.name);
+        items.push(sheet.caption("axis-title", name, [left, upper - 1.6], theme::LETTER)?);
+        let run = |axis: &Axis| {
+            let scale = if axis.range.scale == Scale::Log { "log" } else { "linear" };
+            format!("{scale} {} {}", exact(axis.at), exact(axis.per))
+        };
+        let data = vec![("data-x", run(&x)), ("data-y", run(&y))];
+        sheet.push(Group { part: Some("chart"), data, items, ..Group::default() });
+    }
+    titles(&keys, &frames, &mut sheet)?;
+    legend(&keys, &colors, &frames, &mut sheet)?;
+    let title = |axis: &AxisKeys| axis.title.as_deref().map_or(axis.column.clone(), plain);
+    let value = keys.value.as_deref().map_or("values".to_owned(), plain);
+    let name = format!("{value} over {} and {}", title(&keys.x), title(&keys.y));
+    sheet.finish(&name, describe(&keys, &grid, &name))
+}
+
+/// The maps' frames: as wide as one another, with room for labels at the left and below.
+fn frames(keys: &Keys, grid: &Grid, sheet: &Sheet, top: f64) -> Result<Vec<[f64; 4]>> {
+    let [width, height] = sheet.size;
+    let mut widest: f64 = 0.0;
+    for tick in ticks(grid.y.range, height / 9.0, &keys.y.ticks) {
+        widest = widest.max(lettering::width(&lettering::runs(&tick.label))? * theme::LETTER);
+    }
+    let titled = |axis: &AxisKeys| if axis.title.is_some() { LINE + 1.0 } else { 0.0 };
+    let left = MARGIN + widest + 2.0;
+    let upper = top + titled(&keys.y) + LINE + 1.8;
+    let bottom = height - MARGIN - (SAMPLE + LINE + 2.6) - titled(&keys.x) - LINE - AWAY;
+    let count = keys.panel.len() as f64;
+    let wide = (width - MARGIN - left - (count - 1.0) * BETWEEN) / count;
+    if wide < 12.0 || bottom - upper < 12.0 {
+        return Err(Error::invalid(format!("a page of {width} by {height} mm leaves no room for the maps"))
+            .at_key("width_mm")
+            .remedy("give a larger page, or fewer maps"));
+    }
+    Ok((0..keys.panel.len())
+        .map(|i| {
+            let from = left + i as f64 * (wide + BETWEEN);
+            [from, upper, from + wide, bottom]
+        })
+        .collect())
+}
+
+fn ticks(range: Range, room: f64, given: &[f64]) -> Vec<Tick> {
+    range.ticks(room, given)
+}
+
+/// Colours of the bands, from pale to dark, and of nothing.
+struct Colors {
+    bands: Vec<Color>,
+    nothing: Color,
+}
+
+impl Colors {
+    fn new(theme: &Theme, count: usize) -> Self {
+        let mix = |t: f64| {
+            let part = |a: u8, b: u8| libm::round(f64::from(a) + (f64::from(b) - f64::from(a)) * t) as u8;
+            let (a, b) = (theme.paper, theme.lens.word);
+            Color { r: part(a.r, b.r), g: part(a.g, b.g), b: part(a.b, b.b) }
+        };
+        let last = (count - 1).max(1) as f64;
+        let bands = (0..count).map(|i| mix(0.06 + 0.94 * i as f64 / last)).collect();
+        Self { bands, nothing: theme.focus.line }
+    }
+
+    fn of(&self, bands: &[f64], value: Option<f64>) -> Color {
+        let band = |value: f64| bands.iter().take_while(|&&end| value >= end).count();
+        value.filter(|v| !v.is_nan()).and_then(|v| self.bands.get(band(v))).copied().unwrap_or(self.nothing)
+    }
+}
+
+/// The cells. Each run of one colour reaches on to the right and to the bottom, and what follows is painted over it: so
+/// no paper shows between neighbours, whatever draws the edges.
+fn cells(
+    grid: &Grid,
+    map: &Map,
+    bands: &[f64],
+    colors: &Colors,
+    [x, y]: [&Axis; 2],
+    frame: [f64; 4],
+) -> Vec<Item> {
+    let [_, _, right, bottom] = frame;
+    let mut items = Vec::new();
+    for (row, ends) in map.iter().zip(grid.y.borders.windows(2)).rev() {
+        let top = y.page(ends[1]);
+        let mut last = None;
+        for (value, ends) in row.iter().zip(grid.x.borders.windows(2)) {
+            let color = colors.of(bands, *value);
+            if last == Some(color) {
+                continue;
+            }
+            last = Some(color);
+            let left = x.page(ends[0]);
+            let corners = [[left, top], [right, top], [right, bottom], [left, bottom]];
+            let fill = Some(Fill::Flat { color, opacity: 1.0 });
+            items.push(Item::Shape(Shape::polyline(&corners, true, fill, None)));
+        }
+    }
+    items
+}
+
+/// Frame, ticks and their labels; those upward at the first map alone.
+fn axes(
+    keys: &Keys,
+    [x, y]: [&Axis; 2],
+    frame: [f64; 4],
+    is_first: bool,
+    sheet: &Sheet,
+) -> Result<Vec<Item>> {
+    let [left, top, right, bottom] = frame;
+    let stroke = solid(sheet.theme.ink, theme::THIN);
+    let mut marks = Vec::new();
+    let mut items = Vec::new();
+    let mut last = f64::NEG_INFINITY;
+    for tick in ticks(x.range, (right - left) / 15.0, &keys.x.ticks) {
+        let at = x.page(tick.value);
+        let runs = lettering::runs(&tick.label);
+        let half = 0.5 * lettering::width(&runs)? * theme::LETTER;
+        if tick.label.is_empty() || at - half < last + 1.2 {
+            continue;
+        }
+        last = at + half;
+        marks.push(Item::Shape(Shape::line([at, bottom], [at, bottom + 1.0], stroke)));
+        let base = bottom + AWAY + lettering::ASCENT * theme::LETTER;
+        items.push(sheet.caption("tick-label", runs, [at - half, base], theme::LETTER)?);
+    }
+    for tick in ticks(y.range, (bottom - top) / 9.0, &keys.y.ticks) {
+        if tick.label.is_empty() {
+            continue;
+        }
+        let at = y.page(tick.value);
+        marks.push(Item::Shape(Shape::line([left - 1.0, at], [left, at], stroke)));
+        if is_first {
+            let runs = lettering::runs(&tick.label);
+            let wide = lettering::width(&runs)? * theme::LETTER;
+            let base = at + 0.36 * theme::LETTER;
+            items.push(sheet.caption("tick-label", runs, [left - 1.6 - wide, base], theme::LETTER)?);
+        }
+    }
+    let panel = Panel { frame, scale: 1.0, origin: [left, bottom] };
+    let border = Shape::polyline(&panel.corners(), true, None, Some(stroke));
+    items.insert(0, Item::Group(Group::of("tick", marks)));
+    items.insert(1, Item::Group(Group::of("frame", vec![Item::Shape(border)])));
+    Ok(items)
+}
+
+/// The axes' titles: x under the middle of all maps, y over the first.
+fn titles(keys: &Keys, frames: &[[f64; 4]], sheet: &mut Sheet) -> Result<()> {
+    let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return Ok(()) };
+    for (axis, is_x) in [(&keys.x, true), (&keys.y, false)] {
+        let Some(title) = &axis.title else { continue };
+        let runs = lettering::runs(title);
+        let wide = lettering::width(&runs)? * theme::LETTER;
+        if wide > sheet.size[0] - 2.0 * MARGIN {
+            return Err(Error::invalid("the title of an axis is longer than the page is wide")
+                .at_key(if is_x { "x.title" } else { "y.title" })
+                .remedy("shorten it"));
+        }
+        let at = if is_x {
+            let begin =
+                (0.5 * (first[0] + last[2]) - 0.5 * wide).min(sheet.size[0] - MARGIN - wide).max(MARGIN);
+            [begin, first[3] + AWAY + LINE + 0.8 + lettering::ASCENT * theme::LETTER]
+        } else {
+            [MARGIN, first[1] - LINE - 2.4]
+        };
+        let item = sheet.caption("axis-title", runs, at, theme::LETTER)?;
+        sheet.items.push(item);
+    }
+    Ok(())
+}
+
+/// Samples of the colours in a row, the bands' ends under their borders, and what an empty cell means.
+fn legend(keys: &Keys, colors: &Colors, frames: &[[f64; 4]], sheet: &mut Sheet) -> Result<()> {
+    let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return Ok(()) };
+    let [_, height] = sheet.size;
+    let top = height - MARGIN - LINE - SAMPLE - 0.6;
+    let base = top + 0.5 * SAMPLE + 0.36 * theme::LETTER;
+    let nothing = lettering::runs(&keys.nothing);
+    let value = keys.value.as_ref().map(|value| lettering::runs(value)).unwrap_or_default();
+    let named = lettering::width(&value)? * theme::LETTER;
+    let empty = lettering::width(&nothing)? * theme::LETTER;
+    let from = first[0] + if value.is_empty() { 0.0 } else { named + 2.0 };
+    let to = last[2] - empty - 1.2 - 6.0 - 5.0;
+    let step = (to - from) / colors.bands.len() as f64;
+    if step < 3.0 {
+        return Err(Error::invalid("the page is too narrow for the legend of this heat map")
+            .at_key("width_mm")
+            .remedy("give a larger page, fewer bands, or shorter words"));
+    }
+    let stroke = Some(solid(sheet.theme.ink, theme::HAIR));
+    let sample = |left: f64, right: f64, color: Color| {
+        let corners = [[left, top], [right, top], [right, top + SAMPLE], [left, top + SAMPLE]];
+        Item::Shape(Shape::polyline(&corners, true, Some(Fill::Flat { color, opacity: 1.0 }), stroke))
+    };
+    let mut items = Vec::new();
+    if !value.is_empty() {
+        items.push(sheet.caption("label", value, [first[0], base], theme::LETTER)?);
+    }
+    for (i, &color) in colors.bands.iter().enumerate() {
+        let left = from + i as f64 * step;
+        items.push(sample(left, left + step, color));
+    }
+    let mut end = f64::NEG_INFINITY;
+    for (i, &band) in keys.bands.iter().enumerate() {
+        let label = Range { scale: Scale::Log, low: band, high: band }.ticks(1.0, &[band]);
+        let text = label.first().map_or_else(|| short(band), |tick| tick.label.clone());
+        let runs = lettering::runs(&text);
+        let half = 0.5 * lettering::width(&runs)? * theme::LETTER;
+        let at = from + (i + 1) as f64 * step;
+        if at - half > end + 1.0 {
+            let base = top + SAMPLE + 0.6 + lettering::ASCENT * theme::LETTER;
+            items.push(sheet.caption("label", runs, [at - half, base], theme::LETTER)?);
+            end = at + half;
+        }
+    }
+    items.push(sample(to + 5.0, to + 11.0, colors.nothing));
+    items.push(sheet.caption("label", nothing, [to + 12.2, base], theme::LETTER)?);
+    sheet.push(Group::of("legend", items));
+    Ok(())
+}
+
+/// The maps in words, with their numbers.
+fn describe(keys: &Keys, grid: &Grid, name: &str) -> String {
+    let mut text = format!("Heat maps: {name}.");
+    for (axis, letter) in [(&grid.x, "x"), (&grid.y, "y")] {
+        let scale = if axis.range.scale == Scale::Log { "logarithmic" } else { "linear" };
+        text.push_str(&format!(
+            " {letter} runs from {} to {}, {scale}.",
+            short(axis.range.low),
+            short(axis.range.high)
+        ));
+    }
+    for (panel, map) in keys.panel.iter().zip(&grid.maps) {
+        let all = || map.iter().flatten();
+        let (count, empty) = (all().count(), all().filter(|cell| cell.is_none()).count());
+        let most = all().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
+        let most = if most.is_finite() { format!("at most {}", short(most)) } else { "nothing".to_owned() };
+        let name = plain(&panel.name);
+        text.push_str(&format!(" {name}: {most}; {} in {empty} of {count} cells.", plain(&keys.nothing)));
+    }
+    text
+}
