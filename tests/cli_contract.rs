@@ -288,14 +288,7 @@ fn pictures_are_8_bit_srgb_png_and_float_zip_exr_with_notes() {
 
 #[test]
 fn what_is_not_built_is_refused_by_name_in_render_alone() {
-    for (old, new, key) in [
-        (
-            "[render]\n",
-            "[sun]\ntoward = [0, 1, 0]\ncolor = [1, 1, 1]\nshadows = true\n[render]\n",
-            "sun.shadows",
-        ),
-        ("samples = 2", "diffraction = true\nsamples = 2", "render.diffraction"),
-    ] {
+    for (old, new, key) in [("samples = 2", "diffraction = true\nsamples = 2", "render.diffraction")] {
         let (_keep, folder) = folder(&format!("{CAMERA}{SMALL}").replace(old, new));
         run(&folder, &["render", "scene.toml", "-o", "o.png"]).expect(2, &["scene.toml:", key]);
         assert!(!folder.join("o.png").exists());

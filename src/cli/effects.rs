@@ -34,7 +34,9 @@ impl EffectArguments {
                 EffectName::Falloff => scene.render.falloff = true,
                 EffectName::Shadows | EffectName::SoftShadows => match &mut scene.sun {
                     Some(sun) => {
-                        sun.shadows = true;
+                        if !std::mem::replace(&mut sun.shadows, true) {
+                            scene.surfaces.build_hierarchy();
+                        }
                         if effect == EffectName::SoftShadows && sun.angular_diameter.as_degrees() == 0.0 {
                             sun.angular_diameter = Angle::degrees(SUN_DEGREES);
                         }

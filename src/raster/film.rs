@@ -117,6 +117,17 @@ impl TileFilm {
         let scale = power_of_two_near(largest * f64::from(TILE));
         edges.map(|e| e.map(|c| c * scale))
     }
+
+    /// [`Block::facing`](super::setup::Block) and `plane` of one triangle.
+    pub(crate) fn depth(&self, v: [DVec3; 3]) -> ([f32; 9], [f32; 3]) {
+        let v = v.map(|corner| corner.to_array());
+        let normal = cross(minus(v[1], v[0]), minus(v[2], v[0]));
+        let along = normal[0] * v[0][0] + normal[1] * v[0][1] + normal[2] * v[0][2];
+        let plane = [along, -normal[0] * self.radius, -normal[1] * self.radius];
+        let scale = power_of_two_near(plane.iter().map(|c| c.abs()).sum());
+        let single = |c: f64| (c * scale) as f32;
+        (self.bilinear(normal, [0.0; 3]).map(single), plane.map(single))
+    }
 }
 
 /// A power of two that brings `x` to between 1 and 2, within the doubles' range.

@@ -7,10 +7,10 @@ use crate::raster::film::TileFilm;
 use crate::raster::tile::Geometry;
 use crate::raster::view::{Batch, Pattern, from_center};
 use crate::raster::visibility::{Group, NOTHING};
-use crate::raster::{self, TILE};
+use crate::raster::{self, LANES, TILE};
+use crate::sampling;
 use crate::sampling::runs::Run;
-use crate::sampling::{self, hash};
-use crate::shade::{LaneSums, Look, Place, Rays, Samples};
+use crate::shade::{LaneSums, Look, Place, Rays, Samples, SunSamples};
 use glam::{Vec2, Vec3};
 use std::cell::RefCell;
 use std::sync::Mutex;
@@ -25,6 +25,8 @@ pub(super) struct TileScratch {
     next: Vec<u32>,
     /// By place among the tile's surfaces; made when first asked for.
     looks: RefCell<Looks>,
+    /// What stood before the sun last.
+    last: u32,
     /// The sums before the step that is being drawn.
     before: Vec<[Vec3; 2]>,
 }
@@ -113,11 +115,11 @@ impl Picture<'_> {
         stop: &dyn Fn() -> bool,
     ) -> (Tally, usize) {
         let mut tally = Tally::default();
-        let TileScratch { raster, groups, runs, next, looks, before } = scratch;
+        let TileScratch { raster, groups, runs, next, looks, last, before } = scratch;
         let geometry = Geometry {
             view: &self.view,
             bins: &self.bins,
-            positions: &self.positions,
+            positions: self.positions,
             cutout: &self.cutout,
             surface: &|t| self.patch(t).0,
             surfaces: self.surface_count,
@@ -176,11 +178,21 @@ impl Picture<'_> {
                     single: !self.shared,
                     falloff: falloff.as_ref().map(|falloff| falloff as &dyn Fn(Place, Vec3) -> f32),
                 };
+                let pixel = |block: u32, lane: usize| self.pixel_key(tile, &pattern, batch, block)(lane);
+                let sun = self.shadows.as_ref().map(|sun| {
+                    let soft = sun.is_soft().then(|| self.sun_squares(tile, &pattern, batch));
+                    SunSamples { sun, square: soft.unwrap_or_default(), pixel: &pixel }
+                });
                 for run in runs.chunk_by(|a, b| a.id == b.id) {
                     let triangle = raster.surfaces().get(run[0].id as usize);
                     let looks = looks.get_mut();
                     let look = triangle.map(|&t| looks.get_or_make(run[0].id, || self.look(&film, t)));
-                    self.shader.shade(self.level, look, &samples, run, sums);
+                    match (look, &sun) {
+                        (Some(look), Some(sun)) => {
+                            self.shader.shade_shadowed(self.level, look, (&samples, sun), run, last, sums);
+                        }
+                        (look, _) => self.shader.shade(self.level, look, &samples, run, sums),
+                    }
                 }
                 watch.lap(&mut tally.stages.shading);
             }
@@ -196,12 +208,35 @@ impl Picture<'_> {
         batch: &'b Batch,
         block: usize,
     ) -> (Vec2, impl Fn(usize) -> u64 + use<'b>) {
-        let (corner, seed) = (pattern.corner(block as u32), self.points.seed);
-        let key = move |lane: usize| {
+        let corner = pattern.corner(block as u32);
+        (from_center(corner), self.pixel_key(tile, pattern, batch, block as u32))
+    }
+
+    /// What names the pixel of each lane at a block.
+    fn pixel_key<'b>(
+        &self,
+        tile: (u32, u32),
+        pattern: &'b Pattern,
+        batch: &'b Batch,
+        block: u32,
+    ) -> impl Fn(usize) -> u64 + use<'b> {
+        let (corner, seed) = (pattern.corner(block), self.points.seed);
+        move |lane: usize| {
             let (x, y) = pattern.pixel(corner, batch, lane);
-            hash(hash(seed, u64::from(tile.0 * TILE + x)), u64::from(tile.1 * TILE + y))
-        };
-        (from_center(corner), key)
+            sampling::pixel_key(seed, tile.0 * TILE + x, tile.1 * TILE + y)
+        }
+    }
+
+    /// Where in the sun's disk each lane looks, but for the pixels' shifts.
+    fn sun_squares(&self, tile: (u32, u32), pattern: &Pattern, batch: &Batch) -> [[u32; LANES]; 2] {
+        let mut squares = [[0; LANES]; 2];
+        for lane in (0..LANES).filter(|lane| batch.live >> lane & 1 == 1) {
+            let (x, y) = pattern.pixel((0, 0), batch, lane);
+            let stream = sampling::pixel_stream(tile.0 * TILE + x, tile.1 * TILE + y, self.streams);
+            let square = sampling::sun_square(self.points.seed, stream, batch.index[lane]);
+            [squares[0][lane], squares[1][lane]] = square;
+        }
+        squares
     }
 
     /// The number of the surface that a triangle is part of, and the triangle that stands for it.
@@ -214,7 +249,9 @@ impl Picture<'_> {
         let corners = |t: u32| self.surfaces.triangles[t as usize].map(|i| self.positions[i as usize]);
         let (_, reference) = self.patch(triangle);
         let edges = || film.scaled_edges(corners(reference));
-        self.shader.look(reference, edges, corners(reference), corners(triangle))
+        let mut look = self.shader.look(reference, edges, corners(reference), corners(triangle));
+        look.plane = self.shadows.as_ref().map(|sun| sun.plane(reference, film.depth(corners(reference))));
+        look
     }
 }
 

@@ -158,7 +158,8 @@ fn draw<T: Send>(
         let room = Room::new(scene, sequence, execution)?;
         let mut counts = Counts::default();
         let watch = Stopwatch::start(execution.clock);
-        let picture = Picture::new(scene, sequence, simd.level(), watch, &mut counts.stages);
+        let positions = picture::positions(scene);
+        let picture = Picture::new(scene, &positions, sequence, simd.level(), watch, &mut counts.stages);
         room.check_tiles(&picture.bins)?;
         make(&picture, counts)
     })?

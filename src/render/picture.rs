@@ -6,12 +6,13 @@ use super::highlights::Highlights;
 use super::pattern::{Points, Splits};
 use super::stages::{Stages, Stopwatch};
 use crate::plan::RenderPlan;
+use crate::quantity::Angle;
 use crate::raster::TILE;
 use crate::raster::bin::Bins;
 use crate::raster::view::{LensCell, View};
 use crate::sampling::{self, ApertureShape, runs};
-use crate::scene::{EffectName, Material, Scene, Surfaces};
-use crate::shade::Shader;
+use crate::scene::{EffectName, Material, Scene, Sun, Surfaces};
+use crate::shade::{Shader, ShadowSun};
 use fearless_simd::Level;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -41,9 +42,10 @@ pub(super) struct Picture<'a> {
     pub(super) alike: bool,
     pub(super) surface_count: usize,
     pub(super) view: View,
-    pub(super) positions: Vec<DVec3>,
+    pub(super) positions: &'a [DVec3],
     pub(super) cutout: Vec<bool>,
     pub(super) shader: Shader<'a>,
+    pub(super) shadows: Option<ShadowSun<'a>>,
     pub(super) cells: Vec<LensCell>,
     pub(super) bins: Bins,
     pub(super) falloff: Option<Falloff>,
@@ -57,9 +59,17 @@ pub(super) struct Picture<'a> {
     pub(super) idle: Mutex<Vec<TileScratch>>,
 }
 
+/// Vertices in the lens frame.
+pub(super) fn positions(scene: &Scene) -> Vec<DVec3> {
+    let frame = LensFrame::new(&scene.optics);
+    scene.surfaces.positions.par_iter().map(|&p| frame.point(p)).collect()
+}
+
 impl<'a> Picture<'a> {
+    /// `positions` are those of the vertices in the lens frame.
     pub(super) fn new(
         scene: &'a Scene,
+        positions: &'a [DVec3],
         sequence: Sequence,
         level: Level,
         mut watch: Stopwatch<'_>,
@@ -68,7 +78,6 @@ impl<'a> Picture<'a> {
         let optics = &scene.optics;
         let surfaces = &scene.surfaces;
         let frame = LensFrame::new(optics);
-        let positions: Vec<DVec3> = surfaces.positions.par_iter().map(|&p| frame.point(p)).collect();
         let active = RenderPlan::active_in(scene);
         let mut view = frame.view(scene);
         if !active.has(EffectName::Defocus) {
@@ -81,18 +90,27 @@ impl<'a> Picture<'a> {
             Sequence::Uniform(samples) => (samples, Splits::new(samples).lens_cells(&shape, view.radius)),
             Sequence::Runs => (runs::FIRST_RUN, Splits::run_cells(&shape, view.radius)),
         };
-        let bins = Bins::new(level, &view, &cells, &positions, &surfaces.triangles);
+        let bins = Bins::new(level, &view, &cells, positions, &surfaces.triangles);
         watch.lap(&mut stages.bin);
         let cutout_materials: Vec<bool> = surfaces.materials.iter().map(Material::is_cutout).collect();
         let cutout = surfaces.attributes.par_iter().map(|a| cutout_materials[a.material as usize]).collect();
         let up = scene.up;
-        let alike = scene.render.share_shading;
+        let sun = scene.sun.as_ref().filter(|_| active.has(EffectName::Shadows)).map(|sun| Sun {
+            angular_diameter: if active.has(EffectName::SoftShadows) {
+                sun.angular_diameter
+            } else {
+                Angle::ZERO
+            },
+            ..*sun
+        });
+        let shadows = sun.and_then(|sun| ShadowSun::new(surfaces, positions, &sun, |v| frame.vector(v)));
+        let alike = scene.render.share_shading && (shadows.is_none() || surfaces.patches.are_flat());
         // Below 16 samples a pixel hardly any would share.
         let shared = alike && streams >= 16;
         let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, up, |v| frame.vector(v));
         let falloff = active.has(EffectName::Falloff).then(|| Falloff::new(optics, &frame));
         let gain = libm::exp2(scene.render.exposure_ev) as f32;
-        let highlights = Highlights::new(scene, &view, &positions, gain);
+        let highlights = Highlights::new(scene, &view, positions, gain);
         Self {
             surfaces,
             points: Points { set: scene.render.points, shape, seed: scene.render.seed },
@@ -108,6 +126,7 @@ impl<'a> Picture<'a> {
             positions,
             cutout,
             shader,
+            shadows,
             cells,
             bins,
             falloff,

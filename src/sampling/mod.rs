@@ -7,13 +7,15 @@
 //! lens, so every power of two of consecutive points puts equally many in each elementary interval.
 
 mod aperture;
+mod cone;
 mod points;
 pub mod runs;
 mod sobol;
 
 pub use aperture::{ApertureShape, disk_from_square, square_cell};
+pub use cone::{cone_direction, sun_shift, sun_square};
 pub use points::PointSet;
-pub use sobol::{hash, scrambled_sobol, shuffled_radical_inverse};
+pub use sobol::{chance, hash, scrambled_sobol, scrambled_sobol_pair, shuffled_radical_inverse};
 
 /// One sample: a lens point and a place in the pixel, both as exact single-precision numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,6 +71,11 @@ pub fn sample_of(points: PointSet, shape: &ApertureShape, seed: u64, stream: u64
     let key = hash(hash(seed, stream), u64::from(index & 1));
     let [a, b, x, y] = points.point(index >> 1, key);
     Sample { square: [a, b], lens: shape.from_square([a, b]), pixel: [x, y] }
+}
+
+/// What names pixel `(x, y)` of a picture, for what is chosen for it alone.
+pub fn pixel_key(seed: u64, x: u32, y: u32) -> u64 {
+    hash(hash(seed, u64::from(x)), u64::from(y))
 }
 
 #[cfg(test)]

@@ -1,10 +1,17 @@
 //! Hash-based Owen-scrambled Sobol points in four dimensions, in integers alone.
 
-/// Direction numbers of dimensions 2 to 4 (dimension 1 is the bit reversal), Joe and Kuo's.
-const DIRECTIONS: [[u32; 32]; 3] =
-    [directions(1, 0, [1, 0, 0]), directions(2, 1, [1, 3, 0]), directions(3, 1, [1, 3, 1])];
+/// Direction numbers of dimensions 2 to 8 (dimension 1 is the bit reversal), Joe and Kuo's.
+const DIRECTIONS: [[u32; 32]; 7] = [
+    directions(1, 0, [1, 0, 0, 0, 0]),
+    directions(2, 1, [1, 3, 0, 0, 0]),
+    directions(3, 1, [1, 3, 1, 0, 0]),
+    directions(3, 2, [1, 1, 1, 0, 0]),
+    directions(4, 1, [1, 1, 3, 3, 0]),
+    directions(4, 4, [1, 3, 5, 13, 0]),
+    directions(5, 2, [1, 1, 5, 5, 17]),
+];
 
-const fn directions(degree: usize, polynomial: u32, m: [u32; 3]) -> [u32; 32] {
+const fn directions(degree: usize, polynomial: u32, m: [u32; 5]) -> [u32; 32] {
     let mut v = [0u32; 32];
     let mut i = 0;
     while i < 32 {
@@ -70,10 +77,31 @@ pub fn scrambled_sobol(index: u32, key: u64) -> [f32; 4] {
     })
 }
 
+/// Coordinates `pair` of the same point beyond those four, counted in pairs from 0: each in 2^-32.
+pub fn scrambled_sobol_pair(index: u32, key: u64, pair: usize) -> [u32; 2] {
+    [3 + 2 * pair, 4 + 2 * pair].map(|dimension| {
+        let mut value = 0;
+        let mut rest = index;
+        for direction in DIRECTIONS.get(dimension).unwrap_or(&DIRECTIONS[0]) {
+            value ^= if rest & 1 == 1 { *direction } else { 0 };
+            rest >>= 1;
+        }
+        owen_scramble(value, hash(key, dimension as u64 + 2) as u32)
+    })
+}
+
+/// What decides by chance for sample `index`: in 0..1, stratified in each half of the samples, independent for other
+/// keys and of the sample's place.
+pub fn chance(index: u32, key: u64) -> f32 {
+    shuffled_radical_inverse(index >> 1, hash(key, u64::from(index & 1)))
+}
+
 /// A one-dimensional stratified sequence in 0..1 whose order and digits are scrambled by `key`: sequences
 /// of different keys are independent of each other.
 pub fn shuffled_radical_inverse(index: u32, key: u64) -> f32 {
-    let shuffled = owen_scramble(index.reverse_bits(), hash(key, 11) as u32).reverse_bits();
+    // An order in which the first digit of the result depends on all of the index: the sample's other dimensions are
+    // radical inverses of it too, and would go with it.
+    let shuffled = owen_scramble(index, hash(key, 11) as u32);
     unit(owen_scramble(shuffled.reverse_bits(), hash(key, 12) as u32))
 }
 
@@ -103,6 +131,33 @@ mod tests {
         for k in 0..64 {
             let cell = (shuffled_radical_inverse(k, 5) * 64.0) as usize;
             assert!(!std::mem::replace(&mut seen[cell], true));
+        }
+    }
+
+    #[test]
+    fn chance_does_not_go_with_the_place_of_a_sample() {
+        // Of the samples in each half of a dimension, half pass: over many keys the deviation is that of chance.
+        let n = 256;
+        for dimension in 0..4 {
+            let mut square = 0.0;
+            for key in 0..64 {
+                let passed = (0..n).filter(|&index| {
+                    let place = scrambled_sobol(index >> 1, hash(9, u64::from(index & 1)))[dimension];
+                    place < 0.5 && chance(index, hash(17, key)) < 0.5
+                });
+                let off = passed.count() as f64 / f64::from(n) - 0.25;
+                square += off * off / 64.0;
+            }
+            // A fair coin for each sample would give 0.027; one that goes with the place, 0.25.
+            assert!(square.sqrt() < 0.03, "dimension {dimension}: {}", square.sqrt());
+        }
+    }
+
+    #[test]
+    fn chance_is_stratified_in_each_half() {
+        for half in 0..2 {
+            let count = (0..128).filter(|&k| chance(2 * k + half, 77) < 0.25).count();
+            assert_eq!(count, 32);
         }
     }
 

@@ -157,7 +157,11 @@ impl SceneDescription {
                 bounds,
             });
         }
-        surfaces.find_patches();
+        if self.sun.is_some_and(|sun| sun.shadows) {
+            surfaces.build_hierarchy();
+        } else {
+            surfaces.find_patches();
+        }
         let RenderSettings { budget, exposure_ev, falloff, diffraction, seed, .. } = self.render;
         Ok(Scene {
             optics,

@@ -12,6 +12,7 @@ mod digest;
 mod document;
 mod effects;
 mod file;
+mod hierarchy;
 mod library;
 mod load;
 mod material;
@@ -46,6 +47,8 @@ pub use description::{
 pub use document::{Document, SIZE_LIMIT};
 pub use effects::{EffectChoice, EffectName, EffectSet};
 pub use file::{SceneFile, parse};
+pub(crate) use hierarchy::DEPTH;
+pub use hierarchy::Hierarchy;
 pub use load::{LoadSettings, MeshSummary, PictureSettings, Scene};
 pub use material::Material;
 pub use mesh::{Model, NONE, Triangle};

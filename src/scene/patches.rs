@@ -16,6 +16,8 @@ pub struct Patches {
     pub(crate) of: Vec<u32>,
     /// Each patch's largest triangle, whose plane and texture coordinates hold for all of it.
     pub(crate) reference: Vec<u32>,
+    /// Whether each lies in one plane.
+    flat: bool,
 }
 
 /// Most difference between a triangle's own texture coordinates and its patch's, in texels.
@@ -23,6 +25,9 @@ const TOLERANCE: f64 = 1.0 / 64.0;
 
 /// Most difference between unit normals.
 const NORMALS: f64 = 1e-5;
+
+/// Most distance from the plane of a patch that shall lie in one, over the scene's extent.
+const PLANE: f64 = 1e-7;
 
 /// Different patches whose triangles got the same key, at most; what is left stays single.
 const ROUNDS: usize = 8;
@@ -45,6 +50,11 @@ struct Texture {
 }
 
 impl Patches {
+    /// Whether each patch lies in one plane, as triangles by themselves do.
+    pub(crate) fn are_flat(&self) -> bool {
+        self.flat || self.of.is_empty()
+    }
+
     /// The patch of triangle `t` and the triangle that stands for it.
     pub(crate) fn of(&self, t: u32) -> (u32, u32) {
         match self.of.get(t as usize) {
@@ -53,14 +63,16 @@ impl Patches {
         }
     }
 
-    pub(crate) fn new(surfaces: &Surfaces) -> Self {
+    /// With `coplanar`, patches lie in one plane even where only their normals show.
+    pub(crate) fn new(surfaces: &Surfaces, coplanar: bool) -> Self {
         let count = surfaces.triangles.len();
         let low = surfaces.positions.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
         let high = surfaces.positions.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
         let (center, extent) = (0.5 * (low + high), (high - low).max_element());
+        let thickness = if coplanar { PLANE * extent } else { f64::INFINITY };
         let mut keyed: Vec<(u64, u32)> = (0..count)
             .into_par_iter()
-            .filter_map(|t| Some((Flat::new(surfaces, t)?.key(center, extent), t as u32)))
+            .filter_map(|t| Some((Flat::new(surfaces, t)?.key(center, extent, coplanar), t as u32)))
             .collect();
         keyed.par_sort_unstable();
 
@@ -73,7 +85,7 @@ impl Patches {
                 let Some((at, _)) = largest else { break };
                 let (reference, surface) = rest.swap_remove(at);
                 rest.retain(|(t, flat)| {
-                    let same = surface.continues(flat);
+                    let same = surface.continues(flat, thickness);
                     if same {
                         leader[*t as usize] = reference;
                     }
@@ -94,7 +106,7 @@ impl Patches {
                 *number
             })
             .collect();
-        Self { of, reference }
+        Self { of, reference, flat: coplanar }
     }
 }
 
@@ -146,7 +158,7 @@ impl Flat {
     }
 
     /// A number that triangles of one patch mostly share; [`Self::continues`] decides.
-    fn key(&self, center: DVec3, extent: f64) -> u64 {
+    fn key(&self, center: DVec3, extent: f64, coplanar: bool) -> u64 {
         let mut key = u64::from(self.material);
         // Off the round numbers that modelled scenes are full of.
         let mut mix = |x: f64, step: f64| {
@@ -156,8 +168,10 @@ impl Flat {
             key ^= key >> 29;
         };
         self.normal.to_array().into_iter().for_each(|n| mix(n, 1e-2));
-        if let Some(texture) = &self.texture {
+        if coplanar || self.texture.is_some() {
             mix(self.normal.dot(self.corners[0] - center), 1e-5 * extent);
+        }
+        if let Some(texture) = &self.texture {
             for (c, gradient) in texture.gradient.iter().enumerate() {
                 let at_center = texture.uv[0][c] + gradient.dot(center - self.corners[0]);
                 mix(at_center - at_center.floor(), 1.0 / 32.0);
@@ -169,9 +183,15 @@ impl Flat {
         key
     }
 
-    /// Whether `other` looks like this surface continued.
-    fn continues(&self, other: &Self) -> bool {
+    /// Whether `other` looks like this surface continued, and lies no farther from its plane than `thickness`.
+    fn continues(&self, other: &Self, thickness: f64) -> bool {
         if other.material != self.material || (self.normal - other.normal).abs().max_element() > NORMALS {
+            return false;
+        }
+        let across = (self.corners[1] - self.corners[0]).cross(self.corners[2] - self.corners[0]);
+        let is_far =
+            |corner: &DVec3| (corner - self.corners[0]).dot(across).abs() > thickness * across.length();
+        if thickness.is_finite() && other.corners.iter().any(is_far) {
             return false;
         }
         match (&self.texture, &other.texture) {
@@ -224,14 +244,14 @@ mod tests {
 
     #[test]
     fn the_cells_of_a_floor_are_one_patch() {
-        let patches = Patches::new(&floor(false));
+        let patches = Patches::new(&floor(false), false);
         assert_eq!(patches.reference.len(), 1);
         assert!(patches.of.iter().all(|&patch| patch == 0));
     }
 
     #[test]
     fn a_cell_that_is_laid_otherwise_is_not() {
-        let patches = Patches::new(&floor(true));
+        let patches = Patches::new(&floor(true), false);
         assert_eq!(patches.reference.len(), 2);
         assert_eq!(patches.of[14], patches.of[15]);
         assert_ne!(patches.of[14], patches.of[0]);
@@ -243,6 +263,6 @@ mod tests {
         for position in &mut surfaces.positions[..20] {
             position.y += 1e-3;
         }
-        assert_eq!(Patches::new(&surfaces).reference.len(), 2);
+        assert_eq!(Patches::new(&surfaces, false).reference.len(), 2);
     }
 }

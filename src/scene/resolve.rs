@@ -39,10 +39,7 @@ impl SceneDescription {
     /// # Errors
     /// [`crate::error::ErrorKind::Invalid`] with the key's line.
     pub fn refuse_unbuilt_effects(&self) -> Result<()> {
-        let asked = [
-            (self.sun.is_some_and(|sun| sun.shadows), "sun.shadows", "shadows = false"),
-            (self.render.diffraction, "render.diffraction", "diffraction = false"),
-        ];
+        let asked = [(self.render.diffraction, "render.diffraction", "diffraction = false")];
         for (is_asked, key, instead) in asked {
             if is_asked {
                 return Err(self

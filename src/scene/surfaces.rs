@@ -1,5 +1,6 @@
 //! All meshes of a scene as one list of triangles in the world, ready to draw.
 
+use super::hierarchy::Hierarchy;
 use super::material::Material;
 use super::mesh::{Model, NONE};
 use super::patches::Patches;
@@ -53,6 +54,8 @@ pub struct Surfaces {
     pub materials: Vec<Material>,
     /// Which triangles look alike; empty, or made by [`Surfaces::find_patches`] from all that is here.
     pub patches: Patches,
+    /// For rays to the sun; `None`, or made by [`Surfaces::build_hierarchy`] from all that is here.
+    pub hierarchy: Option<Hierarchy>,
 }
 
 /// Coordinates beyond this, in metres, are refused: products of a few of them would leave the range of f64.
@@ -136,7 +139,13 @@ impl Surfaces {
 
     /// Finds which triangles look alike, so that samples of a pixel that see them can share shading.
     pub fn find_patches(&mut self) {
-        self.patches = Patches::new(self);
+        self.patches = Patches::new(self, false);
+    }
+
+    /// Sorts the triangles for the rays of shadows, and finds the patches for them: only what lies in one plane is one.
+    pub fn build_hierarchy(&mut self) {
+        self.hierarchy = Some(Hierarchy::new(self));
+        self.patches = Patches::new(self, true);
     }
 
     /// The corners of triangle `t`.

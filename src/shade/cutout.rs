@@ -9,7 +9,7 @@ use super::filter::{self, Choice};
 use super::gather::holes;
 use super::look::Look;
 use crate::raster::view::Batch;
-use crate::sampling::{hash, shuffled_radical_inverse};
+use crate::sampling::{chance, hash};
 use crate::scene::Material;
 use crate::simd::at_level;
 use fearless_simd::{Level, Simd, SimdBase, f32x16};
@@ -38,7 +38,7 @@ impl Shader<'_> {
                 let lane = rest.trailing_zeros() as usize;
                 rest &= rest - 1;
                 let key = hash(key(lane), u64::from(triangle));
-                if shuffled_radical_inverse(batch.index[lane], key) >= material.coverage {
+                if chance(batch.index[lane], key) >= material.coverage {
                     met &= !(1 << lane);
                 }
             }

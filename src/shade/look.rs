@@ -2,6 +2,7 @@
 //! point and place, like the edge functions that they are sums of.
 
 use super::filter::Anchor;
+use super::sun::SurfacePlane;
 use glam::{DVec2, DVec3, DVec4, Vec3, Vec4};
 
 /// Coefficients of `1, u, v, x, xu, xv, y, yu, yv`, four functions side by side.
@@ -19,6 +20,8 @@ pub(crate) struct Look {
     pub face: Vec3,
     /// The light on the side of `face`, and on the other.
     pub lit: [Vec3; 2],
+    /// Where the surface lies; with shadows only.
+    pub plane: Option<SurfacePlane>,
 }
 
 impl Look {
@@ -57,6 +60,7 @@ impl Look {
             normal: if flat { None } else { normals.map(|n| sum(n.map(|n| n.as_dvec3().extend(0.0)))) },
             face: if let (true, Some(n)) = (flat, normals) { n[0] } else { face },
             lit: [Vec3::ZERO; 2],
+            plane: None,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! From a visible point to linear radiance: interpolation, texture, Lambert's law, holes and coverage.
 //!
-//! `color = Ke + Kd map_Kd(uv) (ambient + sun max(0, n.l))`, all in linear light.
+//! `color = Ke + Kd map_Kd(uv) (ambient + sun max(0, n.l) visible)`, all in linear light. `visible` is 1 unless the
+//! sun casts shadows, which have a path of their own ([`shadowed`]): what is off costs nothing.
 //!
 //! Samples of a pixel that see one triangle and lie close together share what hardly changes between them;
 //! each looks into the texture for itself. Sharing one look-up among 16 was tried, with the filter as wide as
@@ -14,9 +15,14 @@ mod gather;
 mod look;
 mod run;
 mod samples;
+mod shadowed;
+mod shadows;
+mod sun;
 
 pub(crate) use look::Look;
 pub(crate) use samples::{LaneSums, Rays, Samples};
+pub(crate) use shadowed::SunSamples;
+pub(crate) use sun::ShadowSun;
 
 use crate::scene::{NONE, Sky, Sun, Surfaces};
 use glam::{DVec2, DVec3, Vec3};

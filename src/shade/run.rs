@@ -133,16 +133,7 @@ fn light<S: Simd>(
         };
         return [channel(front.x, back.x), channel(front.y, back.y), channel(front.z, back.z)];
     };
-    let nx = evaluate(k, 0, at);
-    let ny = evaluate(k, 1, at);
-    let nz = evaluate(k, 2, at);
-    let square = nx * nx + ny * ny + nz * nz;
-    // The sum of the edge functions has the sign of the side that is seen, and so has the length.
-    let usable = square.simd_gt(zero) & square.simd_lt(f32x16::splat(simd, f32::INFINITY));
-    let length = usable.select(square, f32x16::splat(simd, 1.0)).sqrt();
-    let nx = usable.select(nx / length, f32x16::splat(simd, face.x));
-    let ny = usable.select(ny / length, f32x16::splat(simd, face.y));
-    let nz = usable.select(nz / length, f32x16::splat(simd, face.z));
+    let [nx, ny, nz] = smooth(simd, k, face, at);
     let (toward, color) = shader.sun.unwrap_or((Vec3::ZERO, Vec3::ZERO));
     // Two-sided: the side that faces this lens point is lit.
     let away = (rx * nx + ry * ny + rz * nz).simd_gt(zero);
@@ -155,6 +146,41 @@ fn light<S: Simd>(
         (rise * color.y + ambient.y).to_array(),
         (rise * color.z + ambient.z).to_array(),
     ]
+}
+
+/// The unit normals of a surface that interpolates them, on either side.
+#[inline(always)]
+fn smooth<S: Simd>(simd: S, k: &Bilinear4, face: Vec3, at: &Places<S>) -> [f32x16<S>; 3] {
+    let zero = f32x16::splat(simd, 0.0);
+    let nx = evaluate(k, 0, at);
+    let ny = evaluate(k, 1, at);
+    let nz = evaluate(k, 2, at);
+    let square = nx * nx + ny * ny + nz * nz;
+    // The sum of the edge functions has the sign of the side that is seen, and so has the length.
+    let usable = square.simd_gt(zero) & square.simd_lt(f32x16::splat(simd, f32::INFINITY));
+    let length = usable.select(square, f32x16::splat(simd, 1.0)).sqrt();
+    [
+        usable.select(nx / length, f32x16::splat(simd, face.x)),
+        usable.select(ny / length, f32x16::splat(simd, face.y)),
+        usable.select(nz / length, f32x16::splat(simd, face.z)),
+    ]
+}
+
+/// The unit normals at 16 places of the side that is seen.
+#[inline(always)]
+pub(super) fn facing<S: Simd>(simd: S, look: &Look, rays: &Rays, at: &Places<S>) -> [f32x16<S>; 3] {
+    let zero = f32x16::splat(simd, 0.0);
+    let [rx, ry, rz] = rays.at_all(simd, at);
+    let [nx, ny, nz] = match &look.normal {
+        Some(k) => smooth(simd, k, look.face, at),
+        None => [
+            f32x16::splat(simd, look.face.x),
+            f32x16::splat(simd, look.face.y),
+            f32x16::splat(simd, look.face.z),
+        ],
+    };
+    let away = (rx * nx + ry * ny + rz * nz).simd_gt(zero);
+    [away.select(zero - nx, nx), away.select(zero - ny, ny), away.select(zero - nz, nz)]
 }
 
 /// Component `i` of bilinear functions at 16 places.

@@ -8,7 +8,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 use groundglass::sampling;
-use groundglass::scene::{Budget, NONE, Scene, Texture};
+use groundglass::scene::{Budget, NONE, Scene, Sun, Texture};
 
 /// A pixel's mean, and how many of its samples lie so near to an edge, or two surfaces so near to each
 /// other, that single precision may decide otherwise.
@@ -28,7 +28,8 @@ pub fn pixel(scene: &Scene, i: u32, j: u32) -> Pixel {
         let (u, v) = (f64::from(s.lens[0]) * r, f64::from(s.lens[1]) * r);
         let x = 2.0 * (f64::from(i) + f64::from(s.pixel[0])) / f64::from(scene.render.width) - 1.0;
         let y = 1.0 - 2.0 * (f64::from(j) + f64::from(s.pixel[1])) / f64::from(scene.render.height);
-        let (color, doubt) = radiance(scene, u, v, x, y);
+        let toward = scene.sun.as_ref().map(|sun| sun_direction(scene, sun, (i, j), stream, k));
+        let (color, doubt) = radiance(scene, u, v, x, y, toward);
         out.mean += color / f64::from(n);
         out.in_doubt += u32::from(doubt);
     }
@@ -44,7 +45,77 @@ struct Hit {
     inverse_w: f64,
 }
 
-fn radiance(scene: &Scene, u: f64, v: f64, x: f64, y: f64) -> (DVec3, bool) {
+/// Where the sun shines from for one sample: another point of its disk for each where it casts shadows.
+fn sun_direction(scene: &Scene, sun: &Sun, (i, j): (u32, u32), stream: u64, k: u32) -> DVec3 {
+    if !sun.shadows || sun.angular_diameter.as_radians() == 0.0 {
+        return sun.toward.normalize();
+    }
+    let (optics, seed) = (&scene.optics, scene.render.seed);
+    let (ex, ey) = optics.lens_axes();
+    let axes = DMat3::from_cols(ex, ey, optics.axis());
+    let toward = (axes.transpose() * optics.world_from_lens().vector_inverse(sun.toward)).normalize();
+    let (x, y) = toward.any_orthonormal_pair();
+    let shift = sampling::sun_shift(sampling::pixel_key(seed, i, j));
+    let bits = sampling::sun_square(seed, stream, k);
+    let square = [0, 1].map(|c: usize| ((bits[c] ^ shift[c]) >> 8) as f32 / 16_777_216.0);
+    let [a, b, c] = sampling::cone_direction(square, 0.5 * sun.angular_diameter.as_radians());
+    optics.world_from_lens().vector(axes * (x * a + y * b + toward * c))
+}
+
+/// Whether no other surface crosses the ray from `point`, on `own`, along `l`; and whether it is a near thing.
+fn visible(scene: &Scene, own: usize, point: DVec3, l: DVec3) -> (bool, bool) {
+    let (x, y) = l.any_orthonormal_pair();
+    let (mut visible, mut doubt) = (true, false);
+    for t in (0..scene.surfaces.triangles.len()).filter(|&t| t != own) {
+        let corners = scene.surfaces.corners(t).map(|c| c - point);
+        let [a, b, c] = corners.map(|c| DVec2::new(x.dot(c), y.dot(c)));
+        let edges = [(b, c), (c, a), (a, b)];
+        let sides = edges.map(|(p, q)| p.perp_dot(q));
+        let area: f64 = sides.iter().sum();
+        let inside = edges
+            .iter()
+            .zip(sides)
+            .map(|((p, q), side)| side * area.signum() / (q - p).length().max(1e-300))
+            .fold(f64::INFINITY, f64::min);
+        if area == 0.0 || inside < -3e-5 {
+            continue;
+        }
+        let weights = DVec3::from_array(sides) / area;
+        let height = l.dot(corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z);
+        if height < -3e-5 || (height.abs() < 1e-9 && inside < 3e-5) {
+            continue;
+        }
+        let alpha = texel_alpha(scene, t, weights);
+        if alpha < 0.5 - 1e-3 {
+            continue;
+        }
+        let near = inside < 3e-5 || height < 3e-5 || alpha < 0.5 + 1e-3;
+        doubt |= near;
+        visible &= near && (inside < 0.0 || height < 0.0 || alpha < 0.5);
+        if !near {
+            return (false, false);
+        }
+    }
+    (visible, doubt)
+}
+
+/// The opacity of a triangle at a place, in the finest level.
+fn texel_alpha(scene: &Scene, t: usize, w: DVec3) -> f64 {
+    let attributes = scene.surfaces.attributes[t];
+    let material = &scene.surfaces.materials[attributes.material as usize];
+    if attributes.texcoords[0] == NONE {
+        return 1.0;
+    }
+    let [a, b, c] = attributes.texcoords.map(|i| scene.surfaces.texcoords[i as usize].as_dvec2());
+    let uv = a * w.x + b * w.y + c * w.z;
+    [&material.diffuse_map, &material.opacity_map]
+        .into_iter()
+        .flatten()
+        .map(|map| bilinear(map, 0, uv)[3])
+        .fold(1.0, f64::min)
+}
+
+fn radiance(scene: &Scene, u: f64, v: f64, x: f64, y: f64, toward: Option<DVec3>) -> (DVec3, bool) {
     let optics = &scene.optics;
     let matrix = optics.projection_from_world(u, v);
     let (film_x, film_y) = {
@@ -107,7 +178,7 @@ fn radiance(scene: &Scene, u: f64, v: f64, x: f64, y: f64) -> (DVec3, bool) {
     let direction = optics.world_from_lens().vector(ray.direction).normalize();
     let color = match best {
         Some(hit) => {
-            let (color, near) = shade(scene, &hit, direction);
+            let (color, near) = shade(scene, &hit, direction, toward);
             doubt |= near;
             color
         }
@@ -129,7 +200,7 @@ fn radiance(scene: &Scene, u: f64, v: f64, x: f64, y: f64) -> (DVec3, bool) {
     (color * falloff, doubt)
 }
 
-fn shade(scene: &Scene, hit: &Hit, direction: DVec3) -> (DVec3, bool) {
+fn shade(scene: &Scene, hit: &Hit, direction: DVec3, toward: Option<DVec3>) -> (DVec3, bool) {
     let surfaces = &scene.surfaces;
     let attributes = surfaces.attributes[hit.triangle];
     let material = &surfaces.materials[attributes.material as usize];
@@ -152,8 +223,16 @@ fn shade(scene: &Scene, hit: &Hit, direction: DVec3) -> (DVec3, bool) {
         diffuse *= DVec3::new(texel[0], texel[1], texel[2]);
     }
     let mut light = scene.sky.ambient;
-    if let Some(sun) = &scene.sun {
-        light += sun.color * normal.dot(sun.toward.normalize()).max(0.0);
+    if let (Some(sun), Some(toward)) = (&scene.sun, toward) {
+        let mut height = normal.dot(toward).max(0.0);
+        if sun.shadows && height > 0.0 {
+            let [a, b, c] = surfaces.corners(hit.triangle);
+            let (visible, near) = visible(scene, hit.triangle, a * w.x + b * w.y + c * w.z, toward);
+            doubt |= near;
+            height *= f64::from(u8::from(visible));
+        }
+        doubt |= sun.shadows && height.abs() < 1e-5 && height > 0.0;
+        light += sun.color * height;
     }
     (DVec3::from_array(material.emission.map(f64::from)) + diffuse * light, doubt)
 }

@@ -1,0 +1,271 @@
+//! Shading where the sun casts shadows: groups of samples that see one surface in, light added to their pixels out.
+//!
+//! As [`super::run`], but the sun's light is weighed sample by sample: each has a ray of its own to the sun, or to a
+//! point of its own of the sun's disk, and its texel counts by what arrives along it.
+
+use super::coordinates::Coordinates;
+use super::filter::Choice;
+use super::look::Look;
+use super::run::facing;
+use super::samples::{Rays, Samples, Sums};
+use super::shadows::SunRays;
+use super::sun::{Asking, ShadowSun, SurfacePlane, directions};
+use super::{Shader, filter, gather};
+use crate::raster::LANES;
+use crate::raster::visibility::Group;
+use crate::sampling::sun_shift;
+use crate::simd::at_level;
+use fearless_simd::{Level, Select, Simd, SimdBase, f32x16};
+use glam::{Vec2, Vec3};
+
+/// What one batch of samples in one tile brings beside what plain shading takes.
+pub(crate) struct SunSamples<'a> {
+    pub sun: &'a ShadowSun<'a>,
+    /// Points of the unit square, in 2^-32, one for each lane; where the sun has a disk.
+    pub square: [[u32; LANES]; 2],
+    /// Names the pixel of a lane at a block.
+    pub pixel: &'a dyn Fn(u32, usize) -> u64,
+}
+
+/// A sample of a chunk of groups: group and lane.
+type Ray = (u8, u8);
+
+impl Shader<'_> {
+    /// As [`Shader::shade`], with shadows; `last` is what [`super::shadows`] remembers.
+    pub(crate) fn shade_shadowed(
+        &self,
+        level: Level,
+        look: &Look,
+        (samples, sun): (&Samples<'_>, &SunSamples<'_>),
+        groups: &[Group],
+        last: &mut u32,
+        sums: &mut Sums,
+    ) {
+        let Some(plane) = &look.plane else { return };
+        for chunk in groups.chunks(LANES) {
+            let mut weights = [[0.0; LANES]; LANES];
+            let normals = at_level!(level, simd => normals(simd, look, samples, sun.sun, chunk));
+            let mut packet: [Ray; LANES] = Default::default();
+            let mut filled = 0;
+            for (i, group) in chunk.iter().enumerate() {
+                if !sun.sun.is_soft() && normals[2][i] <= 0.0 {
+                    continue;
+                }
+                let mut rest = group.lanes;
+                while rest != 0 {
+                    packet[filled] = (i as u8, rest.trailing_zeros() as u8);
+                    rest &= rest - 1;
+                    filled += 1;
+                    if filled == LANES {
+                        trace(level, plane, samples, sun, chunk, &normals, &packet, last, &mut weights);
+                        filled = 0;
+                    }
+                }
+            }
+            if filled > 0 {
+                trace(level, plane, samples, sun, chunk, &normals, &packet[..filled], last, &mut weights);
+            }
+            at_level!(level, simd => surface(simd, self, look, samples, chunk, &weights, sums));
+        }
+    }
+}
+
+/// Unit normals in the sun frame of the sides that up to 16 groups see.
+#[inline(always)]
+fn normals<S: Simd>(
+    simd: S,
+    look: &Look,
+    samples: &Samples<'_>,
+    sun: &ShadowSun<'_>,
+    groups: &[Group],
+) -> [[f32; LANES]; 3] {
+    let at = samples.places(simd, groups);
+    let [x, y, z] = facing(simd, look, samples.rays, &at);
+    let [a, b, c] = sun.rows();
+    [
+        (x * a.x + y * a.y + z * a.z).to_array(),
+        (x * b.x + y * b.y + z * b.z).to_array(),
+        (x * c.x + y * c.y + z * c.z).to_array(),
+    ]
+}
+
+/// Sets the weight of up to 16 samples: the cosine of their sun's height over the surface, or 0 in its shadow.
+#[expect(clippy::too_many_arguments)]
+fn trace(
+    level: Level,
+    plane: &SurfacePlane,
+    samples: &Samples<'_>,
+    sun: &SunSamples<'_>,
+    groups: &[Group],
+    normals: &[[f32; LANES]; 3],
+    packet: &[Ray],
+    last: &mut u32,
+    weights: &mut [[f32; LANES]; LANES],
+) {
+    let batch = samples.batch;
+    let mut places = [[0.0; LANES]; 4];
+    let mut normal = [[0.0; LANES]; 3];
+    let mut square = [[0.0; LANES]; 2];
+    let (mut keys, mut index) = ([0; LANES], [0; LANES]);
+    let soft = sun.sun.is_soft();
+    let mut named = (u32::MAX, u64::MAX);
+    for (at, &(i, lane)) in packet.iter().enumerate().take(LANES) {
+        let (i, lane) = (usize::from(i) % LANES, usize::from(lane) % LANES);
+        let Some(group) = groups.get(i) else { continue };
+        let corner = samples.corner(group);
+        places[0][at] = batch.u[lane];
+        places[1][at] = batch.v[lane];
+        places[2][at] = batch.x[lane] + corner.x;
+        places[3][at] = batch.y[lane] + corner.y;
+        for axis in 0..3 {
+            normal[axis][at] = normals[axis][i];
+        }
+        index[at] = batch.index[lane];
+        // Mostly a whole group lies in one pixel.
+        let name = u32::from(group.block) << 8 | u32::from(batch.pixel[lane]);
+        if name != named.0 {
+            named = (name, (sun.pixel)(u32::from(group.block), lane));
+        }
+        keys[at] = named.1;
+        if soft {
+            let shift = sun_shift(named.1);
+            for axis in 0..2 {
+                let bits = sun.square[axis][lane] ^ shift[axis];
+                square[axis][at] = (bits >> 8) as f32 * (1.0 / 16_777_216.0);
+            }
+        }
+    }
+    let mut rays = SunRays::default();
+    let used = 0xffff_u16 >> (LANES - packet.len().clamp(1, LANES));
+    let (heights, above) = at_level!(level, simd => {
+        aim(simd, plane, samples.rays, sun.sun, (&places, &normal, &square), &mut rays)
+    });
+    let mut alive = 0;
+    for (lane, &height) in heights.iter().enumerate() {
+        alive |= u16::from(height > 0.0) << lane;
+    }
+    alive &= used;
+    if alive == 0 {
+        return;
+    }
+    let asking = Asking { plane, above, keys: &keys, index: &index };
+    let lit = alive & !sun.sun.stopped(level, &rays, alive, last, &asking);
+    for (at, &(i, lane)) in packet.iter().enumerate().take(LANES) {
+        if lit >> at & 1 == 1 {
+            weights[usize::from(i) % LANES][usize::from(lane) % LANES] = heights[at];
+        }
+    }
+}
+
+/// Makes the rays from 16 places of a surface to the sun. Returns the cosines of the sun's height over the surface,
+/// and which rays leave the plane on its normal's side.
+#[inline(always)]
+fn aim<S: Simd>(
+    simd: S,
+    plane: &SurfacePlane,
+    tile: &Rays,
+    sun: &ShadowSun<'_>,
+    (places, normal, square): (&[[f32; LANES]; 4], &[[f32; LANES]; 3], &[[f32; LANES]; 2]),
+    rays: &mut SunRays,
+) -> ([f32; LANES], u16) {
+    use fearless_simd::SimdMask;
+    let zero = f32x16::splat(simd, 0.0);
+    let load = |a: &[f32; LANES]| f32x16::load_array_ref(simd, a);
+    let (u, v, x, y) = (load(&places[0]), load(&places[1]), load(&places[2]), load(&places[3]));
+    // The surface is met at `s + t (q_w s - p)`, `1/t = facing / distance`.
+    let k = &plane.facing;
+    let facing =
+        (u * k[1] + v * k[2] + k[0]) + (u * k[4] + v * k[5] + k[3]) * x + (u * k[7] + v * k[8] + k[6]) * y;
+    let d = &plane.distance;
+    let t = (u * d[1] + v * d[2] + d[0]) / facing;
+    let px = x * tile.dx.x + y * tile.dy.x + tile.p.x;
+    let py = x * tile.dx.y + y * tile.dy.y + tile.p.y;
+    let pz = x * tile.dx.z + y * tile.dy.z + tile.p.z;
+    let lens = (t * (pz / tile.focal_length + 1.0) + 1.0) * tile.radius;
+    let at = [lens * u - t * px, lens * v - t * py, zero - t * pz];
+    let rows = sun.rows();
+    let turned = |row: Vec3| at[0] * row.x + at[1] * row.y + at[2] * row.z;
+    let from = [turned(rows[0]), turned(rows[1]), turned(rows[2])];
+    rays.from = [from[0].to_array(), from[1].to_array(), from[2].to_array()];
+    let n = [load(&normal[0]), load(&normal[1]), load(&normal[2])];
+    let face = plane.normal.as_vec3();
+    let face = Vec3::from_array(rows.map(|row| row.dot(face)));
+    if !sun.is_soft() {
+        return (n[2].to_array(), if face.z > 0.0 { 0xffff } else { 0 });
+    }
+    let [lx, ly, lz] = directions(simd, sun.spread(), square);
+    // At the rim of half the sky `z` is 0: there the ray is a hair steeper.
+    let least = f32x16::splat(simd, 1e-4);
+    let z = lz.simd_gt(least).select(lz, least);
+    rays.slope = [(lx / z).to_array(), (ly / z).to_array()];
+    let height = n[0] * lx + n[1] * ly + n[2] * lz;
+    let above = (lx * face.x + ly * face.y + lz * face.z).simd_gt(zero).to_bitmask() as u16;
+    (height.to_array(), above)
+}
+
+/// Adds the light of up to 16 groups whose samples receive these shares of the sun's.
+#[inline(always)]
+fn surface<S: Simd>(
+    simd: S,
+    shader: &Shader<'_>,
+    look: &Look,
+    samples: &Samples<'_>,
+    groups: &[Group],
+    weights: &[[f32; LANES]; LANES],
+    sums: &mut Sums,
+) {
+    let material = &shader.surfaces.materials[look.material as usize];
+    let (diffuse, emission) = (Vec3::from(material.diffuse), Vec3::from(material.emission));
+    let color = diffuse * shader.sun.map_or(Vec3::ZERO, |(_, color)| color);
+    let ambient = diffuse * shader.ambient;
+    let texture = match (&material.diffuse_map, &look.texture) {
+        (Some(map), Some(functions)) => {
+            Some((&**map, functions, Coordinates::of_batch(simd, functions, samples.batch)))
+        }
+        _ => None,
+    };
+    let mut spots = [[0.0; LANES]; 2];
+    let mut squares = [0.0; LANES];
+    if let Some((map, functions, _)) = &texture {
+        let at = samples.places(simd, groups);
+        let coordinates = Coordinates::new(functions, at.u, at.v);
+        let found = coordinates.at(simd, at.x, at.y);
+        spots = [found.s.to_array(), found.t.to_array()];
+        squares = coordinates.shorter_side_squared(&found, filter::size(map));
+    }
+    for (i, group) in groups.iter().enumerate().take(LANES) {
+        let counts = samples.counts(group);
+        let weights = &weights[i];
+        let mut total = [0.0; 2];
+        let mut rest = group.lanes;
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize % LANES;
+            rest &= rest - 1;
+            total[usize::from(samples.batch.odd >> lane & 1)] += weights[lane];
+        }
+        let mut colors = [0, 1].map(|half: usize| (emission + ambient) * counts[half] + color * total[half]);
+        if let Some((map, _, coordinates)) = &texture {
+            let level = filter::colour_level(squares[i]);
+            let Some(choice) = Choice::colour(map, level, look.anchor) else { continue };
+            let (all, lit) = if samples.single {
+                let texel = choice.read(Vec2::new(spots[0][i], spots[1][i]));
+                (counts.map(|count| texel * count), total.map(|total| texel * total))
+            } else {
+                let corner = samples.corner(group);
+                let (x, y) = (f32x16::splat(simd, corner.x), f32x16::splat(simd, corner.y));
+                let at = coordinates.at(simd, x, y).usable(simd);
+                let all = gather::sums(simd, choice, at, group.lanes, samples.batch.odd);
+                let lit = if total == [0.0; 2] {
+                    [glam::Vec4::ZERO; 2]
+                } else {
+                    gather::weighted(simd, choice, at, (group.lanes, samples.batch.odd), weights)
+                };
+                (all, lit)
+            };
+            colors = [0, 1].map(|half: usize| {
+                emission * counts[half] + all[half].truncate() * ambient + lit[half].truncate() * color
+            });
+        }
+        samples.add(group, colors, sums);
+    }
+}

@@ -1,0 +1,237 @@
+//! The sun of one picture: its frame, its disk, and what stands before it as one surface sees it.
+
+use super::filter::Choice;
+use super::shadows::{Occluders, SunRays, Weights};
+use crate::raster::LANES;
+use crate::sampling::{chance, hash};
+use crate::scene::{Hierarchy, Material, NONE, Sun, Surfaces};
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, f32x16};
+use glam::{DVec2, DVec3, Vec2, Vec3};
+
+/// The sun as shadows need it.
+pub(crate) struct ShadowSun<'a> {
+    surfaces: &'a Surfaces,
+    /// Lens frame.
+    positions: &'a [DVec3],
+    occluders: Occluders,
+    /// The sun frame's axes in the lens frame.
+    axes: [DVec3; 3],
+    /// 1 less the cosine of the disk's angular radius; 0 for a point.
+    spread: f32,
+}
+
+/// The plane of a surface in one tile: where the samples meet it, and what it is for what may shade it.
+#[derive(Clone, Debug)]
+pub(crate) struct SurfacePlane {
+    /// `1/t` of the rays is `facing / distance`: about the tile's centre, as the rasterizer has them.
+    pub facing: [f32; 9],
+    pub distance: [f32; 3],
+    /// A point of it and its unit normal, lens frame.
+    pub origin: DVec3,
+    pub normal: DVec3,
+    /// The patch of the triangle that stands for it.
+    pub patch: u32,
+}
+
+/// Which rays a packet holds, for what is decided ray by ray.
+pub(super) struct Asking<'q> {
+    pub plane: &'q SurfacePlane,
+    /// Lanes that leave the surface on the side of its normal.
+    pub above: u16,
+    /// Names each lane's pixel, and the number of its sample.
+    pub keys: &'q [u64; LANES],
+    pub index: &'q [u32; LANES],
+}
+
+impl<'a> ShadowSun<'a> {
+    /// Nothing for a sun without a direction. `lens_from_world` turns directions.
+    pub(crate) fn new(
+        surfaces: &'a Surfaces,
+        positions: &'a [DVec3],
+        sun: &Sun,
+        lens_from_world: impl Fn(DVec3) -> DVec3,
+    ) -> Option<Self> {
+        let toward = crate::camera::unit(lens_from_world(sun.toward))?;
+        let (x, y) = toward.any_orthonormal_pair();
+        let axes = [x, y, toward];
+        let made;
+        let hierarchy = match &surfaces.hierarchy {
+            Some(hierarchy) => hierarchy,
+            None => {
+                made = Hierarchy::new(surfaces);
+                &made
+            }
+        };
+        let occluders = Occluders::new(hierarchy, &surfaces.triangles, positions, axes);
+        let half = libm::sin(0.25 * sun.angular_diameter.as_radians());
+        Some(Self { surfaces, positions, occluders, axes, spread: (2.0 * half * half) as f32 })
+    }
+
+    /// 1 less the cosine of the disk's angular radius.
+    pub(super) fn spread(&self) -> f32 {
+        self.spread
+    }
+
+    /// Whether it has a disk.
+    pub(crate) fn is_soft(&self) -> bool {
+        self.spread > 0.0
+    }
+
+    /// The rows that turn the lens frame to the sun's.
+    pub(super) fn rows(&self) -> [Vec3; 3] {
+        self.axes.map(DVec3::as_vec3)
+    }
+
+    /// The flat patch of a triangle; itself where patches may be thick.
+    fn patch(&self, t: u32) -> u32 {
+        let patches = &self.surfaces.patches;
+        if patches.are_flat() { patches.of(t).0 } else { t }
+    }
+
+    /// The plane of the surface that triangle `t` stands for.
+    pub(crate) fn plane(&self, t: u32, (facing, distance): ([f32; 9], [f32; 3])) -> SurfacePlane {
+        let [a, b, c] = self.surfaces.triangles[t as usize].map(|i| self.positions[i as usize]);
+        SurfacePlane {
+            facing,
+            distance,
+            origin: a,
+            normal: crate::camera::unit((b - a).cross(c - a)).unwrap_or(DVec3::Z),
+            patch: self.patch(t),
+        }
+    }
+
+    /// The lanes of `alive` whose rays do not reach the sun.
+    pub(super) fn stopped(
+        &self,
+        level: Level,
+        rays: &SunRays,
+        alive: u16,
+        last: &mut u32,
+        asking: &Asking<'_>,
+    ) -> u16 {
+        let stops =
+            |triangle: u32, lanes: u16, weights: &Weights| self.stops(triangle, lanes, weights, rays, asking);
+        self.occluders.stopped(level, rays, !self.is_soft(), alive, last, &stops)
+    }
+
+    /// The lanes of `lanes`, which cross triangle `t`, that it stops.
+    fn stops(&self, t: u32, lanes: u16, weights: &Weights, rays: &SunRays, asking: &Asking<'_>) -> u16 {
+        if self.patch(t) == asking.plane.patch {
+            return 0;
+        }
+        // A surface that does not reach beyond the plane of the one that is lit cannot stand before the sun: it is
+        // the same surface again, or its neighbour on a bulge. "Beyond" means by more than the places are wrong.
+        let first = lanes.trailing_zeros() as usize % LANES;
+        let from = DVec3::from_array([0, 1, 2].map(|i: usize| f64::from(rays.from[i][first])));
+        let corners = self.surfaces.triangles[t as usize].map(|i| self.positions[i as usize]);
+        let rise = corners.map(|corner| asking.plane.normal.dot(corner - asking.plane.origin));
+        let reach = corners.iter().map(|c| c.abs().max_element()).fold(from.length(), f64::max);
+        let slack = ROUNDING * reach;
+        let (low, high) = (rise[0].min(rise[1]).min(rise[2]), rise[0].max(rise[1]).max(rise[2]));
+        let mut lanes = lanes;
+        if high <= slack {
+            lanes &= !asking.above;
+        }
+        if low >= -slack {
+            lanes &= asking.above;
+        }
+        let attributes = &self.surfaces.attributes[t as usize];
+        let material = &self.surfaces.materials[attributes.material as usize];
+        if lanes != 0 && material.is_cutout() {
+            lanes = self.solid(t, material, lanes, weights, asking);
+        }
+        lanes
+    }
+
+    /// As eye's rays pass holes and coverage, so do the sun's: alpha interpolated in the finest level, for there is
+    /// no footprint; coverage by chance, each surface and each sample by itself.
+    fn solid(&self, t: u32, material: &Material, lanes: u16, weights: &Weights, asking: &Asking<'_>) -> u16 {
+        let attributes = &self.surfaces.attributes[t as usize];
+        let uv = (attributes.texcoords[0] != NONE && material.holed_maps().next().is_some())
+            .then(|| attributes.texcoords.map(|i| self.surfaces.texcoords[i as usize].as_dvec2()));
+        let mut solid = lanes;
+        let mut rest = lanes;
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize % LANES;
+            rest &= rest - 1;
+            let passes = uv.is_some_and(|[a, b, c]| {
+                let [u, v, w] = [0, 1, 2].map(|i: usize| f64::from(weights[i][lane]));
+                is_hole(material, (a * u + b * v + c * w) / (u + v + w))
+            }) || (material.coverage < 1.0 && {
+                let key = hash(hash(asking.keys[lane], SUNWARD), u64::from(t));
+                chance(asking.index[lane], key) >= material.coverage
+            });
+            solid &= !(u16::from(passes) << lane);
+        }
+        solid
+    }
+}
+
+/// How far from a plane single precision may have put a place, and a file's six digits a corner, over their
+/// distance from the lens.
+const ROUNDING: f64 = 1e-6;
+
+/// Keeps the choices of the sun's rays apart from those of the eye's.
+const SUNWARD: u64 = 0x5u64 << 60;
+
+/// Whether light passes at these texture coordinates.
+fn is_hole(material: &Material, uv: DVec2) -> bool {
+    // Right and down from the left top corner, without whole turns.
+    let at = DVec2::new(uv.x, 1.0 - uv.y);
+    let at = (at - at.floor()).as_vec2();
+    material.holed_maps().any(|map| {
+        Choice::alpha(map, 0, [0, 0]).is_some_and(|choice| choice.read(Vec2::new(at.x, at.y)).w < 0.5)
+    })
+}
+
+/// Directions in the sun's disk, uniform in solid angle, in the sun frame, of points of the unit square:
+/// [`crate::sampling::cone_direction`] sixteenfold.
+#[inline(always)]
+pub(super) fn directions<S: Simd>(simd: S, spread: f32, square: &[[f32; LANES]; 2]) -> [f32x16<S>; 3] {
+    // The concentric map, as in `sampling::aperture`.
+    let zero = f32x16::splat(simd, 0.0);
+    let one = f32x16::splat(simd, 1.0);
+    let a = f32x16::load_array_ref(simd, &square[0]) * 2.0 - 1.0;
+    let b = f32x16::load_array_ref(simd, &square[1]) * 2.0 - 1.0;
+    let wide = a.abs().simd_gt(b.abs());
+    let (radius, less) = (wide.select(a, b), wide.select(b, a));
+    let angle = radius.simd_ne(zero).select(less / radius, zero) * std::f32::consts::FRAC_PI_4;
+    // Taylor's series: the next terms are below 4e-7 at a quarter of a half turn.
+    let q = angle * angle;
+    let sine = angle * (one - q * (1.0 / 6.0) * (one - q * (1.0 / 20.0) * (one - q * (1.0 / 42.0))));
+    let cosine =
+        one - q * 0.5 * (one - q * (1.0 / 12.0) * (one - q * (1.0 / 30.0) * (one - q * (1.0 / 56.0))));
+    let (x, y) = (wide.select(cosine, sine) * radius, wide.select(sine, cosine) * radius);
+    // The height above the disk's rim is uniform: 1 - cos = r^2 (1 - cos of the rim).
+    let less = radius * radius * spread;
+    let out = ((zero - less + 2.0) * spread).sqrt();
+    [x * out, y * out, one - less]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::cone_direction;
+    use crate::simd::{SimdLevel, at_level};
+
+    #[test]
+    fn sixteen_directions_equal_single_ones() {
+        for degrees in [0.5, 30.0, 90.0_f64] {
+            let half = libm::sin(0.5 * degrees.to_radians());
+            for start in 0..40 {
+                let place = |i: usize, by: usize| ((start * LANES + i) * by % 641) as f32 / 641.0;
+                let square = [std::array::from_fn(|i| place(i, 97)), std::array::from_fn(|i| place(i, 211))];
+                let spread = (2.0 * half * half) as f32;
+                let [x, y, z] = at_level!(SimdLevel::best().level(), simd => {
+                    directions(simd, spread, &square).map(|c| c.to_array())
+                });
+                for i in 0..LANES {
+                    let want = cone_direction([square[0][i], square[1][i]], degrees.to_radians());
+                    for (found, want) in [x[i], y[i], z[i]].into_iter().zip(want) {
+                        assert!((f64::from(found) - want).abs() < 1e-6, "{found} {want}");
+                    }
+                }
+            }
+        }
+    }
+}
