@@ -14,6 +14,7 @@ use groundglass::diagram::{Changes, Figure, FigureFile, Item};
 use groundglass::geometry::{HomogeneousPoint, Line, Plane, Pose};
 use groundglass::optics::{Adjust, FocusTarget, Optics, solve};
 use groundglass::quantity::{Angle, FNumber, Length};
+use groundglass::sampling::{ApertureShape, PointSet, sample_of};
 use groundglass::scene::{Document, Files};
 use std::fs;
 
@@ -412,4 +413,40 @@ fn what_stops_a_solver_is_drawn() {
     }
     let none = draw(&impossible([0.0; 3], [0.0; 3], ""), Changes::default()).unwrap_err().to_string();
     assert!(none.contains("figure.toml:2:") && none.contains("normal is zero"), "{none}");
+}
+
+#[test]
+fn lens_points_fill_the_aperture_that_the_camera_has() {
+    let camera = cameras()[1].1;
+    let plain = file("aperture-samples", &camera);
+    let table = "[camera.aperture]\nblades = 5\nrotation_deg = 20.0\n";
+    let polygon = ApertureShape::Polygon { blades: 5, rotation: 20.0_f64.to_radians() };
+    for (shape, set, extra) in [
+        (ApertureShape::Disk, PointSet::Sobol, ""),
+        (polygon, PointSet::Sobol, table),
+        (polygon, PointSet::Halton, table),
+    ] {
+        let keys = format!("samples = 100\nseed = 3\npoints = \"{set}\"\n[camera]\n");
+        let text = format!("{}{extra}", plain.replace("[camera]\n", &keys));
+        let figure = draw(&text, Changes::default()).unwrap();
+        check_labels(&figure, "aperture");
+        check_words(&figure, "aperture");
+        let panels = panels(&figure.to_svg().unwrap());
+        let [panel] = &panels[..] else { panic!("one panel") };
+        let radius = panel.scale() * Optics::new(&camera).unwrap().aperture_radius();
+        let page = |p: [f64; 2]| [panel.page[4] + radius * p[0], panel.page[5] - radius * p[1]];
+        let near = |p: Point, q: Point| libm::hypot(p[0] - q[0], p[1] - q[1]) < 0.002;
+        let drawn = &panel.all("lens")[0];
+        for (segment, corner) in drawn.segments.iter().zip(shape.corners()) {
+            assert!(near(segment[0], page(corner)), "{shape:?}");
+        }
+        assert_eq!(drawn.segments.len(), shape.corners().len());
+        assert_eq!(drawn.circles.len(), usize::from(shape == ApertureShape::Disk));
+        let points = &panel.all("lens-sample")[0].circles;
+        assert_eq!(points.len(), 100);
+        for (i, (center, _)) in (0..).zip(points) {
+            let sample = sample_of(set, &shape, 3, 0, i);
+            assert!(near(*center, page(sample.lens.map(f64::from))), "{shape:?}, {set}, point {i}");
+        }
+    }
 }

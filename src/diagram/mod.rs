@@ -26,7 +26,7 @@
 //! | `blur-contour` | where the exact blur has the size `data-blur`, metres; `difference` marks a point, with `data-percent` |
 //! | `merklinger-near`, `-far`, `untilted-near`, `-far` | limits as textbooks have them |
 //! | `limit-ray`, `limit-image`, `circle-of-confusion`, `chief-ray` | the limits' cones of light at the film, enlarged |
-//! | `lens-sample`, `lens-axes` | points of the aperture, its axes |
+//! | `lens-sample`, `lens-axes`, `aperture-circle` | points of the aperture, its axes, the circle about its blades |
 //! | `seen-ray`, `far-wall`, `point`, `film-rows`, `film-images`, `sum` | how pictures through lens points add up |
 //! | `sight`, `camera-place`, `film-picture`, `front-edges`, `front-lines`, `film-frame` | a front before the camera, and on its film |
 //! | `wanted-plane`, `nearest-plane`, `limit-circle`, `limit-plane`, `plane-distance`, `impossible-hinge`, `impossible-point` | what a solver was asked for, and its limit |

@@ -1,16 +1,16 @@
-//! `kind = "aperture-samples"`: the lens points of a picture. In: a camera, how many points, which pixel's. Out: the aperture
-//! to scale, seen from the film, and the points in it.
+//! `kind = "aperture-samples"`: the lens points of a picture. In: a camera with an aperture of any shape, how many points, of
+//! which sequence. Out: the aperture to scale, seen from the film, and the points in it.
 
 use super::file::Input;
 use crate::diagram::Figure;
 use crate::diagram::canvas::{Canvas, Label};
-use crate::diagram::display_list::{Fill, Group, Item, PanelFrame, Shape};
+use crate::diagram::display_list::{Fill, Group, Item, PanelFrame, Point, Shape};
 use crate::diagram::extent;
 use crate::diagram::sheet::{self, LEADING, MARGIN, STRIP, Sheet};
-use crate::diagram::theme::{self, solid};
+use crate::diagram::theme::{self, broken, solid};
 use crate::diagram::words::{length, short};
 use crate::error::{Error, Result};
-use crate::sampling::sample;
+use crate::sampling::{ApertureShape, PointSet, sample_of};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -24,11 +24,14 @@ pub(crate) struct Keys {
     /// Chooses other points.
     #[schemars(example = 0)]
     seed: u64,
+    /// Which sequence: that of pictures is `sobol`.
+    #[schemars(extend("enum" = ["sobol", "halton", "rank-1", "random"]), example = &"sobol")]
+    points: String,
 }
 
 impl Default for Keys {
     fn default() -> Self {
-        Self { samples: 64, seed: 0 }
+        Self { samples: 64, seed: 0, points: "sobol".into() }
     }
 }
 
@@ -47,15 +50,25 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     sheet.background = page.background;
     let top = sheet.heading(page.title.as_deref())?;
     let count = if keys.samples == 1 { "one point".to_owned() } else { format!("{} points", keys.samples) };
+    let set = PointSet::ALL.into_iter().find(|set| set.name() == keys.points).unwrap_or_default();
+    let shape = match subject.aperture {
+        ApertureShape::Disk => String::new(),
+        ApertureShape::Polygon { blades, .. } => format!(", {blades} blades"),
+    };
     let sentences = [
         format!(
-            "{count} of the lens, *f* = {}, *f*/{}, aperture {}, as the film sees it.",
+            "{count} of the lens, *f* = {}, *f*/{}, aperture {}{shape}, as the film sees it.",
             length(optics.focal_length()),
             short(optics.focal_length() / (2.0 * radius)),
             length(2.0 * radius)
         ),
-        "Any power of two of them fills equal areas of the lens equally; more points continue fewer."
-            .to_owned(),
+        match set {
+            PointSet::Sobol => "Any power of two of them fills equal areas of the lens equally; more points continue fewer.",
+            PointSet::Halton => "Halton's sequence, shifted by chance: more points continue fewer.",
+            PointSet::Rank1 => "A rank-1 lattice, shifted by chance: more points continue fewer.",
+            PointSet::Random => "Independent random points: some crowd, and gaps stay.",
+        }
+        .to_owned(),
     ];
     let [width, height] = page.size;
     let mut lines = Vec::new();
@@ -72,7 +85,17 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let rim = radius * panel.scale;
     let glass = Fill::Flat { color: theme.glass, opacity: 0.18 };
     let edge = solid(theme.lens.line, theme::MEDIUM);
-    canvas.part("lens", vec![Shape::circle(panel.origin, rim, Some(glass), Some(edge))]);
+    let corners: Vec<Point> =
+        subject.aperture.corners().iter().map(|[u, v]| panel.page([u * radius, v * radius])).collect();
+    let lens = if corners.is_empty() {
+        vec![Shape::circle(panel.origin, rim, Some(glass), Some(edge))]
+    } else {
+        // The circle that the corners lie on, as broad as f over the f-number.
+        let circle = broken(theme.lens.line, theme::HAIR, theme::DASHED);
+        canvas.part("aperture-circle", vec![Shape::circle(panel.origin, rim, None, Some(circle))]);
+        vec![Shape::polyline(&corners, true, Some(glass), Some(edge))]
+    };
+    canvas.part("lens", lens);
     let (right, left) = ([panel.frame[2], panel.origin[1]], [panel.frame[0], panel.origin[1]]);
     let (up, down) = ([panel.origin[0], panel.frame[1]], [panel.origin[0], panel.frame[3]]);
     let hair = solid(theme.faint, theme::HAIR);
@@ -80,7 +103,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     // Their size shrinks as they crowd, so that they do not touch on the average.
     let dot = (0.32 * rim / f64::from(keys.samples).sqrt()).clamp(0.18, 0.75);
     let dots = (0..keys.samples).map(|index| {
-        let [u, v] = sample(keys.seed, 0, index).lens.map(f64::from);
+        let [u, v] = sample_of(set, &subject.aperture, keys.seed, 0, index).lens.map(f64::from);
         let ink = Fill::Flat { color: theme.ray.word, opacity: 1.0 };
         Shape::circle(panel.page([u * radius, v * radius]), dot, Some(ink), None)
     });

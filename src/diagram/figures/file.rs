@@ -7,6 +7,7 @@ use super::side_view::Inset;
 use crate::diagram::{Figure, Section, Theme};
 use crate::error::{Error, Place, Result, Warning};
 use crate::optics::Optics;
+use crate::sampling::ApertureShape;
 use crate::scene::{
     Document, Files, RenderTable, SIZE_LIMIT, SceneDescription, SceneFile, SceneTables, SkyTable, Source,
     check_shape,
@@ -148,6 +149,7 @@ pub(crate) struct Subject {
     pub(crate) optics: Optics,
     /// Diameter of the circle of confusion, metres.
     pub(crate) circle: f64,
+    pub(crate) aperture: ApertureShape,
     /// World metres.
     pub(crate) triangles: Vec<[DVec3; 3]>,
 }
@@ -256,17 +258,18 @@ impl Input<'_> {
     fn loaded(&self, description: &SceneDescription, folder: &Path, wanted: bool) -> Result<Subject> {
         let circle = description.circle_of_confusion.as_metres();
         let optics = description.optics()?;
+        let aperture = description.blades.map_or(ApertureShape::Disk, |blades| blades.shape());
         for caution in optics.cautions() {
             self.warn(caution);
         }
         if !wanted || description.meshes.is_empty() {
-            return Ok(Subject { optics, circle, triangles: Vec::new() });
+            return Ok(Subject { optics, circle, aperture, triangles: Vec::new() });
         }
         let scene = description.load(self.source, folder, None)?;
         self.warnings.borrow_mut().extend(scene.warnings.iter().cloned());
         let surfaces = &scene.surfaces;
         let triangles = (0..surfaces.triangles.len()).map(|t| surfaces.corners(t)).collect();
-        Ok(Subject { optics: scene.optics, circle, triangles })
+        Ok(Subject { optics: scene.optics, circle, aperture, triangles })
     }
 
     /// The bytes of a file that the key names, and its path.
