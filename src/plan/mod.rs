@@ -226,9 +226,9 @@ fn pixels(number: f64) -> String {
 /// of them is drawn. Pixels.
 fn penumbra(scene: &Scene) -> f64 {
     let Some(sun) = &scene.sun else { return 0.0 };
-    let boxes = || scene.meshes.iter().map(|mesh| mesh.bounds);
-    let low = boxes().fold(DVec3::INFINITY, |sum, [low, _]| sum.min(low));
-    let high = boxes().fold(DVec3::NEG_INFINITY, |sum, [_, high]| sum.max(high));
+    let positions = &scene.surfaces.positions;
+    let low = positions.iter().fold(DVec3::INFINITY, |sum, &p| sum.min(p));
+    let high = positions.iter().fold(DVec3::NEG_INFINITY, |sum, &p| sum.max(p));
     let extent = if low.cmple(high).all() { (high - low).length() } else { 0.0 };
     let eye = scene.optics.world_from_lens().point(DVec3::ZERO);
     let nearest = (eye.clamp(low.min(high), high.max(low)) - eye).length();

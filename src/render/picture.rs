@@ -104,9 +104,10 @@ impl<'a> Picture<'a> {
             ..*sun
         });
         let shadows = sun.and_then(|sun| ShadowSun::new(surfaces, positions, &sun, |v| frame.vector(v)));
+        // Places on a surface must be exact for its shadows: patches that are not flat do not do.
         let alike = scene.render.share_shading && (shadows.is_none() || surfaces.patches.are_flat());
         // Below 16 samples a pixel hardly any would share.
-        let shared = alike && streams >= 16;
+        let shared = scene.render.share_shading && streams >= 16;
         let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, up, |v| frame.vector(v));
         let falloff = active.has(EffectName::Falloff).then(|| Falloff::new(optics, &frame));
         let gain = libm::exp2(scene.render.exposure_ev) as f32;

@@ -43,7 +43,8 @@ impl Room {
         // Corners and boxes in the sun's frame.
         let shadows = scene.sun.as_ref().is_some_and(|sun| sun.shadows);
         let shadows = if shadows { count(vertices) * 12 + count(triangles) * 120 } else { 0 };
-        let shared = shadows + pixels * pixel + count(vertices) * (24 + 8 * CELLS) + count(triangles) * TRIANGLE;
+        let shared =
+            shadows + pixels * pixel + count(vertices) * (24 + 8 * CELLS) + count(triangles) * TRIANGLE;
         // Where it met each surface, and the samples of a pixel, sorted.
         let each = count(triangles) * 8 + u64::from(samples) * 160 + (1 << 20);
         let (need, most) = (shared + threads * each, execution.memory.unwrap_or(u64::MAX));

@@ -4,9 +4,7 @@
 //! is left is small, and single precision places it to a hundred-thousandth of a texel.
 
 use crate::scene::{Level, Texture};
-use glam::Vec2;
-#[cfg(test)]
-use glam::Vec4;
+use glam::{Vec2, Vec4};
 
 /// Where coordinates start, right and down from the texture's left top corner, in 256ths of the texture.
 pub(crate) type Anchor = [u32; 2];
@@ -35,7 +33,6 @@ impl Side {
     }
 
     /// The number of a texel that is `steps` whole texels from the anchor's.
-    #[cfg(test)]
     fn wrap(&self, steps: f32) -> usize {
         let texel = self.start + steps;
         // Half a texel keeps rounding away from the borders.
@@ -106,9 +103,8 @@ impl<'a> Choice<'a> {
         Some(Self { level, right, down, nearest })
     }
 
-    /// Linear red, green, blue and opacity at `at` from the anchor, repeated in both directions: one place by itself, for
-    /// tests of what is read for 16.
-    #[cfg(test)]
+    /// Linear red, green, blue and opacity at `at` from the anchor, repeated in both directions: one place by itself, as
+    /// rays read it that come by alone.
     pub(crate) fn read(&self, at: Vec2) -> Vec4 {
         // What is no number looks at the anchor.
         let at = if at.is_finite() { at } else { Vec2::ZERO };
@@ -130,7 +126,6 @@ impl<'a> Choice<'a> {
         (top + (bottom - top) * share.y) * (1.0 / 65535.0)
     }
 
-    #[cfg(test)]
     fn texel(&self, x: usize, y: usize) -> Vec4 {
         let texel = self.level.texels.get(y * self.level.width as usize + x).copied().unwrap_or_default();
         Vec4::from_array(texel.map(f32::from))
@@ -138,7 +133,6 @@ impl<'a> Choice<'a> {
 }
 
 /// The largest whole number not above `t`. By conversion: without SSE4.1 the instruction is a call.
-#[cfg(test)]
 fn floor(t: f32) -> f32 {
     // Beyond 2^23 every number is whole, and the conversion would saturate.
     if t.abs() >= 8_388_608.0 || t.is_nan() {

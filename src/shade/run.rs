@@ -11,6 +11,7 @@ use super::samples::{Places, Rays, Samples, Sums};
 use super::{Shader, filter, gather};
 use crate::raster::LANES;
 use crate::raster::visibility::Group;
+use crate::scene::Texture;
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, f32x16};
 use glam::{Vec3, Vec4};
@@ -66,20 +67,7 @@ fn surface<S: Simd>(
         if samples.single {
             let mut texels = [Vec4::ONE; LANES];
             if let Some((map, ..)) = &texture {
-                // Lanes of one level together: mostly all of them.
-                let mut rest = (0xffff_u32 >> (LANES - chunk.len().min(LANES))) as u16;
-                while rest != 0 {
-                    let level = filter::colour_level(squares[rest.trailing_zeros() as usize]);
-                    let mut same = 0;
-                    for (lane, &square) in squares.iter().enumerate() {
-                        same |= u16::from(filter::colour_level(square) == level) << lane;
-                    }
-                    same &= rest;
-                    rest &= !same;
-                    if let Some(choice) = Choice::colour(map, level, look.anchor) {
-                        gather::each(simd, choice, spots, same, &mut texels);
-                    }
-                }
+                single_texels(simd, map, look, (&squares, spots), chunk.len(), &mut texels);
             }
             for (i, group) in chunk.iter().enumerate().take(LANES) {
                 let reflected = diffuse * Vec3::new(light[0][i], light[1][i], light[2][i]);
@@ -109,6 +97,32 @@ fn surface<S: Simd>(
                 ];
             }
             samples.add(group, colors, sums);
+        }
+    }
+}
+
+/// The texels at the first `count` of 16 places of single samples.
+#[inline(always)]
+pub(super) fn single_texels<S: Simd>(
+    simd: S,
+    map: &Texture,
+    look: &Look,
+    (squares, spots): (&[f32; LANES], [f32x16<S>; 2]),
+    count: usize,
+    texels: &mut [Vec4; LANES],
+) {
+    // Lanes of one level together: mostly all of them.
+    let mut rest = (0xffff_u32 >> (LANES - count.min(LANES))) as u16;
+    while rest != 0 {
+        let level = filter::colour_level(squares[rest.trailing_zeros() as usize]);
+        let mut same = 0;
+        for (lane, &square) in squares.iter().enumerate() {
+            same |= u16::from(filter::colour_level(square) == level) << lane;
+        }
+        same &= rest;
+        rest &= !same;
+        if let Some(choice) = Choice::colour(map, level, look.anchor) {
+            gather::each(simd, choice, spots, same, texels);
         }
     }
 }

@@ -6,7 +6,7 @@
 use super::coordinates::Coordinates;
 use super::filter::Choice;
 use super::look::Look;
-use super::run::facing;
+use super::run::{facing, single_texels};
 use super::samples::{Rays, Samples, Sums};
 use super::shadows::SunRays;
 use super::sun::{Asking, ShadowSun, SurfacePlane, directions};
@@ -16,7 +16,7 @@ use crate::raster::visibility::Group;
 use crate::sampling::sun_shift;
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, f32x16};
-use glam::{Vec2, Vec3};
+use glam::{Vec3, Vec4};
 
 /// What one batch of samples in one tile brings beside what plain shading takes.
 pub(crate) struct SunSamples<'a> {
@@ -224,14 +224,16 @@ fn surface<S: Simd>(
         }
         _ => None,
     };
-    let mut spots = [[0.0; LANES]; 2];
+    let mut texels = [Vec4::ONE; LANES];
     let mut squares = [0.0; LANES];
     if let Some((map, functions, _)) = &texture {
         let at = samples.places(simd, groups);
         let coordinates = Coordinates::new(functions, at.u, at.v);
         let found = coordinates.at(simd, at.x, at.y);
-        spots = [found.s.to_array(), found.t.to_array()];
         squares = coordinates.shorter_side_squared(&found, filter::size(map));
+        if samples.single {
+            single_texels(simd, map, look, (&squares, found.usable(simd)), groups.len(), &mut texels);
+        }
     }
     for (i, group) in groups.iter().enumerate().take(LANES) {
         let counts = samples.counts(group);
@@ -248,15 +250,14 @@ fn surface<S: Simd>(
             let level = filter::colour_level(squares[i]);
             let Some(choice) = Choice::colour(map, level, look.anchor) else { continue };
             let (all, lit) = if samples.single {
-                let texel = choice.read(Vec2::new(spots[0][i], spots[1][i]));
-                (counts.map(|count| texel * count), total.map(|total| texel * total))
+                (counts.map(|count| texels[i] * count), total.map(|total| texels[i] * total))
             } else {
                 let corner = samples.corner(group);
                 let (x, y) = (f32x16::splat(simd, corner.x), f32x16::splat(simd, corner.y));
                 let at = coordinates.at(simd, x, y).usable(simd);
                 let all = gather::sums(simd, choice, at, group.lanes, samples.batch.odd);
                 let lit = if total == [0.0; 2] {
-                    [glam::Vec4::ZERO; 2]
+                    [Vec4::ZERO; 2]
                 } else {
                     gather::weighted(simd, choice, at, (group.lanes, samples.batch.odd), weights)
                 };
