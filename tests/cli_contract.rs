@@ -288,15 +288,14 @@ fn pictures_are_8_bit_srgb_png_and_float_zip_exr_with_notes() {
 
 #[test]
 fn what_is_not_built_is_refused_by_name_in_render_alone() {
-    for (old, new, key) in [("samples = 2", "diffraction = true\nsamples = 2", "render.diffraction")] {
-        let (_keep, folder) = folder(&format!("{CAMERA}{SMALL}").replace(old, new));
-        run(&folder, &["render", "scene.toml", "-o", "o.png"]).expect(2, &["scene.toml:", key]);
-        assert!(!folder.join("o.png").exists());
-        run(&folder, &["optics", "scene.toml", "--json"]).expect(0, &[]);
-        run(&folder, &["check", "scene.toml"]).expect(0, &[]);
-    }
+    let (old, new, key) = ("samples = 2", "diffraction = true\nsamples = 2", "render.diffraction");
+    let (_keep, folder) = folder(&format!("{CAMERA}{SMALL}").replace(old, new));
+    run(&folder, &["render", "scene.toml", "-o", "o.png"]).expect(2, &["scene.toml:", key]);
+    assert!(!folder.join("o.png").exists());
+    run(&folder, &["optics", "scene.toml", "--json"]).expect(0, &[]);
+    run(&folder, &["check", "scene.toml"]).expect(0, &[]);
     let both = CAMERA.replace("f_number = 5.6", "pinhole = true") + "[render]\ndiffraction = true\n";
-    let (_keep, folder) = folder(&both);
+    let (_other, folder) = program::folder(&both);
     for verb in ["optics", "check", "render"] {
         run(&folder, &[verb, "scene.toml"]).expect(2, &["scene.toml:9:15", "render.diffraction", "pinhole"]);
     }

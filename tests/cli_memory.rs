@@ -188,7 +188,9 @@ fn bombs_are_small_and_soon_over() {
         bytes
     };
     let textured = || obj(format!("mtllib t.mtl\nusemtl m\n{TRIANGLE}"));
-    let cases: Vec<(&str, Vec<(&str, Vec<u8>)>, i32)> = vec![
+    /// A name, files by name, and the exit code.
+    type Case<'a> = (&'a str, Vec<(&'a str, Vec<u8>)>, i32);
+    let cases: Vec<Case<'_>> = vec![
         (
             "a picture that claims 1e9 texels",
             vec![("t.obj", textured()), ("k.png", giant(40_000, 25_000))],

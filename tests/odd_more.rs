@@ -48,7 +48,9 @@ fn odd_meshes_load_warn_or_fail_as_the_rules_say() {
         vec![("a.obj", format!("mtllib a.mtl\n{V}{obj}").into_bytes()), ("a.mtl", mtl.as_bytes().to_vec())]
     };
     let utf16: Vec<u8> = "\u{feff}v 0 0 0\n".encode_utf16().flat_map(u16::to_be_bytes).collect();
-    let cases: Vec<(&str, Vec<(&str, Vec<u8>)>, Expect)> = vec![
+    /// A name, files by name, and what they give.
+    type Case<'a> = (&'a str, Vec<(&'a str, Vec<u8>)>, Expect);
+    let cases: Vec<Case<'_>> = vec![
         ("old Mac line ends", bytes(b"v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\r"), Loads(1)),
         ("old Mac line ends in the MTL only", mtl("usemtl a\nf 1 2 3\n", "newmtl a\rKd 1 0 0\r"), Loads(1)),
         ("UTF-16 big-endian", bytes(&utf16), Fails(None)),

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// Seconds that the stages took, summed over the threads; all 0 without [`Execution::clock`].
+/// Seconds that the stages took, summed over the threads; all 0 without [`Execution::clock`](super::Execution::clock).
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Stages {
     /// Vertices into the lens frame.

@@ -83,8 +83,8 @@ impl<'a> AssetLoader<'a> {
     /// Loads the OBJ that the scene names as `written`.
     ///
     /// # Errors
-    /// [`ErrorKind::Invalid`] when it is missing, refused, or holds no triangle, an index or a number that cannot be;
-    /// [`ErrorKind::TooLarge`] when there is not the memory; [`ErrorKind::Io`] when it is there but cannot be read.
+    /// [`Invalid`](crate::error::ErrorKind::Invalid) when it is missing, refused, or holds no triangle, an index or a number that cannot be;
+    /// [`TooLarge`](crate::error::ErrorKind::TooLarge) when there is not the memory; [`Io`](crate::error::ErrorKind::Io) when it is there but cannot be read.
     /// Anything wrong with materials or textures is a warning.
     pub fn load_obj(&mut self, written: &str) -> Result<Arc<Model>> {
         let path = self.source.named(&self.scene_folder, written)?;

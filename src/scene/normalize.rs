@@ -121,7 +121,7 @@ impl Counts {
     fn of_file(bytes: &[u8], most: u64) -> Result<Self> {
         let mut counts = Self::default();
         let mut list = statements(bytes)?;
-        while let Some(statement) = list.next() {
+        for statement in list.by_ref() {
             if counts.memory() > most {
                 return Err(too_large());
             }

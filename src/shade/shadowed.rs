@@ -27,6 +27,9 @@ pub(crate) struct SunSamples<'a> {
     pub pixel: &'a dyn Fn(u32, usize) -> u64,
 }
 
+/// Numbers of 16 lanes each.
+type Rows<const N: usize> = [[f32; LANES]; N];
+
 /// A sample of a chunk of groups: group and lane.
 type Ray = (u8, u8);
 
@@ -165,7 +168,7 @@ fn aim<S: Simd>(
     plane: &SurfacePlane,
     tile: &Rays,
     sun: &ShadowSun<'_>,
-    (places, normal, square): (&[[f32; LANES]; 4], &[[f32; LANES]; 3], &[[f32; LANES]; 2]),
+    (places, normal, square): (&Rows<4>, &Rows<3>, &Rows<2>),
     rays: &mut SunRays,
 ) -> ([f32; LANES], u16) {
     use fearless_simd::SimdMask;

@@ -148,8 +148,7 @@ fn stopped<S: Simd, const PARALLEL: bool>(
     if rest == 0 || enters::<S, PARALLEL>(simd, root, &lanes) & rest == 0 {
         return alive & !rest;
     }
-    loop {
-        let Some(node) = scene.nodes.get(at) else { break };
+    while let Some(node) = scene.nodes.get(at) {
         if node.count > 0 {
             let first = node.at as usize;
             for (place, occluder) in scene.occluders.iter().enumerate().skip(first).take(node.count as usize)

@@ -63,7 +63,9 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             length(2.0 * radius)
         ),
         match set {
-            PointSet::Sobol => "Any power of two of them fills equal areas of the lens equally; more points continue fewer.",
+            PointSet::Sobol => {
+                "Any power of two of them fills equal areas of the lens equally; more points continue fewer."
+            }
             PointSet::Halton => "Halton's sequence, shifted by chance: more points continue fewer.",
             PointSet::Rank1 => "A rank-1 lattice, shifted by chance: more points continue fewer.",
             PointSet::Random => "Independent random points: some crowd, and gaps stay.",
