@@ -367,7 +367,9 @@ fn what_stops_a_solver_is_drawn() {
     let camera = Camera { rail: Pose { origin: DVec3::ZERO, ..camera.rail }, ..camera };
     let before = Optics::new(&camera).unwrap();
     // The hinge line nearer than f; oblique; the plane nearer than f; through the lens; the lens backwards; no film behind.
-    let cases: [(&str, [f64; 3], [f64; 3], &str, &[&str]); 6] = [
+    /// A name, the plane's point and normal, more of the camera, and the parts that show what stops the solver.
+    type Case<'a> = (&'a str, [f64; 3], [f64; 3], &'a str, &'a [&'a str]);
+    let cases: [Case<'_>; 6] = [
         ("hinge", [0.0, -0.1, 0.0], [0.0, 1.0, 0.1], "", &["limit-circle", "impossible-hinge"]),
         ("oblique", [0.0, -0.1, 0.0], [0.4, 1.0, 0.1], "", &["limit-circle", "impossible-hinge"]),
         ("near", [0.0, 0.0, -0.12], [0.0, 0.2, 1.0], "", &["limit-circle", "plane-distance"]),
