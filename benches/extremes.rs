@@ -18,7 +18,10 @@ fn extremes(c: &mut Criterion) {
     group.sample_size(10);
     for extreme in Extreme::ALL {
         let triangles = if extreme == Extreme::Dust { 10 * TRIANGLES } else { TRIANGLES };
-        let scene = extreme.scene(triangles, WIDTH, SAMPLES);
+        let mut scene = extreme.scene(triangles, WIDTH, SAMPLES);
+        // As a scene file would give it.
+        scene.surfaces.find_patches();
+        scene.render.share_shading = true;
         let pixels = u64::from(scene.render.width) * u64::from(scene.render.height);
         group.throughput(Throughput::Elements(pixels * u64::from(SAMPLES)));
         group.bench_function(format!("{extreme:?}"), |b| b.iter(|| render(&scene, Execution::default())));
