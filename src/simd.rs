@@ -1,7 +1,8 @@
 //! SIMD levels: which the machine has, and the one place where a kernel is compiled for each.
 //!
 //! Kernels are generic over [`fearless_simd::Simd`]; [`at_level!`] runs one at a level. The plain level is what
-//! every machine of an architecture has: on x86-64 SSE2, which its scalar arithmetic uses too. (Written out number
+//! every machine of an architecture has: on x86-64 SSE2, which its scalar arithmetic uses too, in WebAssembly what it was
+//! built for. (Written out number
 //! by number, as `fearless_simd`'s fallback is, the kernels took 3 of 4 minutes of the build, and that only for
 //! machines that do not exist.)
 
@@ -57,7 +58,7 @@ impl SimdLevel {
     }
 
     fn token(self) -> Option<Level> {
-        #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), expect(unused_variables))]
+        #[allow(unused_variables)]
         let best = Level::new();
         match self {
             Self::Scalar => Some(plain()),
@@ -80,6 +81,10 @@ fn plain() -> Level {
     #[cfg(target_arch = "x86_64")]
     if let Some(level) = Level::new().as_sse2() {
         return Level::Sse2(level);
+    }
+    #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+    if let Some(level) = Level::new().as_wasm_simd128() {
+        return Level::WasmSimd128(level);
     }
     Level::Fallback(fearless_simd::Fallback::new())
 }
@@ -124,10 +129,10 @@ macro_rules! at_level {
                 #[inline(always)]
                 || $run,
             ),
-            // No x86-64 machine comes here.
-            #[cfg(target_arch = "x86_64")]
+            // No machine that this is compiled for comes here.
+            #[cfg(any(target_arch = "x86_64", target_feature = "simd128"))]
             _ => Default::default(),
-            #[cfg(not(target_arch = "x86_64"))]
+            #[cfg(not(any(target_arch = "x86_64", target_feature = "simd128")))]
             _ => {
                 let $simd = fearless_simd::Fallback::new();
                 fearless_simd::Simd::vectorize(

@@ -81,14 +81,14 @@ pub(crate) struct SceneTables {
 #[serde(deny_unknown_fields)]
 pub(crate) struct CameraTable {
     /// Origin of the rail frame, the lens centre of the camera without movements; world metres.
-    #[schemars(inner(range(min = -1e12, max = 1e12)), example = [0.0, 1.6, 10.0])]
+    #[schemars(inner(range(min = -1e12, max = 1e12)), example = vec![0.0, 1.6, 10.0])]
     pub(crate) eye_m: [f64; 3],
     /// A point the rail points at; world metres.
-    #[schemars(inner(range(min = -1e12, max = 1e12)), example = [0.0, 1.6, 0.0])]
+    #[schemars(inner(range(min = -1e12, max = 1e12)), example = vec![0.0, 1.6, 0.0])]
     pub(crate) look_at_m: [f64; 3],
     /// The world's upward direction, of any length; the rail's +y and the sky follow it.
     #[serde(default = "up")]
-    #[schemars(example = [0.0, 1.0, 0.0])]
+    #[schemars(example = vec![0.0, 1.0, 0.0])]
     pub(crate) up: [f64; 3],
     /// Focal length in millimetres.
     #[schemars(range(min = 1e-6, max = 1e9), example = 150.0)]
@@ -100,7 +100,7 @@ pub(crate) struct CameraTable {
     #[schemars(example = true)]
     pub(crate) pinhole: Option<bool>,
     /// Width and height of the film in millimetres. This or `film`.
-    #[schemars(inner(range(min = 1e-6, max = 1e9)), example = [120.0, 96.0])]
+    #[schemars(inner(range(min = 1e-6, max = 1e9)), example = vec![120.0, 96.0])]
     pub(crate) film_mm: Option<[f64; 2]>,
     /// A film format by name. This or `film_mm`.
     #[serde(default)]
@@ -163,7 +163,7 @@ pub(crate) struct FocusTable {
     /// The wanted focus plane.
     pub(crate) plane: Option<PlaneTable>,
     /// Three points of the wanted focus plane, not on one line; world metres.
-    #[schemars(inner(inner(range(min = -1e12, max = 1e12))), example = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -5.0]])]
+    #[schemars(inner(inner(range(min = -1e12, max = 1e12))), example = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -5.0]])]
     pub(crate) points_m: Option<[[f64; 3]; 3]>,
     /// For `plane` and `points_m`: which standard the solver turns; `front` by default.
     #[schemars(example = &"front")]
@@ -185,10 +185,10 @@ pub(crate) enum AdjustWord {
 #[serde(deny_unknown_fields)]
 pub(crate) struct PlaneTable {
     /// A point of the plane; world metres.
-    #[schemars(inner(range(min = -1e12, max = 1e12)), example = [0.0, 0.0, 0.0])]
+    #[schemars(inner(range(min = -1e12, max = 1e12)), example = vec![0.0, 0.0, 0.0])]
     pub(crate) point_m: [f64; 3],
     /// The direction square to the plane, of any length.
-    #[schemars(example = [0.0, 1.0, 0.0])]
+    #[schemars(example = vec![0.0, 1.0, 0.0])]
     pub(crate) normal: [f64; 3],
 }
 
@@ -209,7 +209,7 @@ pub(crate) struct MeshTable {
     pub(crate) rotate_y_deg: f64,
     /// Where the OBJ's origin comes to stand; world metres.
     #[serde(default)]
-    #[schemars(inner(range(min = -1e12, max = 1e12)), example = [0.0, 0.0, -2.0])]
+    #[schemars(inner(range(min = -1e12, max = 1e12)), example = vec![0.0, 0.0, -2.0])]
     pub(crate) translate_m: [f64; 3],
 }
 
@@ -218,10 +218,10 @@ pub(crate) struct MeshTable {
 #[serde(deny_unknown_fields)]
 pub(crate) struct SunTable {
     /// From the scene to the sun, of any length.
-    #[schemars(example = [0.4, 1.0, 0.3])]
+    #[schemars(example = vec![0.4, 1.0, 0.3])]
     pub(crate) toward: [f64; 3],
     /// Its light on a surface square to it; linear red, green, blue.
-    #[schemars(inner(range(min = 0.0, max = 1e9)), example = [0.8, 0.77, 0.7])]
+    #[schemars(inner(range(min = 0.0, max = 1e9)), example = vec![0.8, 0.77, 0.7])]
     pub(crate) color: [f64; 3],
     /// Whether surfaces cast shadows.
     #[serde(default)]
@@ -238,13 +238,13 @@ pub(crate) struct SunTable {
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct SkyTable {
     /// Light that reaches every surface.
-    #[schemars(inner(range(min = 0.0, max = 1e9)), example = [0.25, 0.28, 0.33])]
+    #[schemars(inner(range(min = 0.0, max = 1e9)), example = vec![0.25, 0.28, 0.33])]
     pub(crate) ambient: [f64; 3],
     /// Background at and below the horizon.
-    #[schemars(inner(range(min = 0.0, max = 1e9)), example = [0.75, 0.82, 0.9])]
+    #[schemars(inner(range(min = 0.0, max = 1e9)), example = vec![0.75, 0.82, 0.9])]
     pub(crate) horizon: [f64; 3],
     /// Background straight up.
-    #[schemars(inner(range(min = 0.0, max = 1e9)), example = [0.25, 0.45, 0.8])]
+    #[schemars(inner(range(min = 0.0, max = 1e9)), example = vec![0.25, 0.45, 0.8])]
     pub(crate) zenith: [f64; 3],
 }
 

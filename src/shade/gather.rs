@@ -1,7 +1,8 @@
 //! Texture look-ups for up to 16 samples of one pixel that see one surface: places in, summed colours out.
 //!
 //! Places are computed for all 16 at once; the texels are fetched one by one and summed in whole numbers. One
-//! generic source for every SIMD level, product and sum apart, so the same bits.
+//! generic source for every SIMD level, product and sum apart, so the same bits. (In WebAssembly the look-ups are functions
+//! by themselves: with everything in one, the build took more than ten minutes.)
 
 use super::filter::{Choice, Side};
 use crate::raster::LANES;
@@ -10,7 +11,8 @@ use glam::Vec4;
 
 /// The sums of the colours of the even and the odd samples among `lanes`, which look right and down from the
 /// texture's anchor.
-#[inline(always)]
+#[cfg_attr(not(target_family = "wasm"), inline(always))]
+#[cfg_attr(target_family = "wasm", inline(never))]
 pub(crate) fn sums<S: Simd>(
     simd: S,
     choice: Choice<'_>,
@@ -49,7 +51,8 @@ fn nearest_texels<S: Simd>(simd: S, choice: Choice<'_>, right: f32x16<S>, down: 
 }
 
 /// The colour of each of `lanes`, which look right and down from the texture's anchor.
-#[inline(always)]
+#[cfg_attr(not(target_family = "wasm"), inline(always))]
+#[cfg_attr(target_family = "wasm", inline(never))]
 pub(crate) fn each<S: Simd>(
     simd: S,
     choice: Choice<'_>,
@@ -239,7 +242,8 @@ fn interpolate(
 }
 
 /// As [`sums`], each sample's colour times its weight.
-#[inline(always)]
+#[cfg_attr(not(target_family = "wasm"), inline(always))]
+#[cfg_attr(target_family = "wasm", inline(never))]
 pub(crate) fn weighted<S: Simd>(
     simd: S,
     choice: Choice<'_>,

@@ -22,7 +22,7 @@ use serde::Deserialize;
 #[serde(default)]
 pub(crate) struct Keys {
     /// Blurs along whose contours lines are drawn, as multiples of the circle of confusion.
-    #[schemars(length(min = 1, max = 6), inner(range(min = 0.01, max = 1000.0)), example = [1.0, 2.0])]
+    #[schemars(length(min = 1, max = 6), inner(range(min = 0.01, max = 1000.0)), example = vec![1.0, 2.0])]
     circles: Vec<f64>,
 }
 

@@ -20,7 +20,7 @@ use std::collections::BTreeSet;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 pub(crate) struct Keys {
     /// Scene files, one a panel, relative to this file.
-    #[schemars(length(min = 1, max = 6), example = ["a.toml", "b.toml", "c.toml"])]
+    #[schemars(length(min = 1, max = 6), example = vec!["a.toml", "b.toml", "c.toml"])]
     scenes: Vec<String>,
 }
 

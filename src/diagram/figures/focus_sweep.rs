@@ -23,7 +23,7 @@ use serde::Deserialize;
 pub(crate) struct Keys {
     /// From lens to film along the rail, in millimetres, one focus plane each; by default five about the camera's own.
     #[serde(default)]
-    #[schemars(length(max = 12), inner(range(min = 1e-9, max = 1e9)), example = [160.0, 170.0, 180.0])]
+    #[schemars(length(max = 12), inner(range(min = 1e-9, max = 1e9)), example = vec![160.0, 170.0, 180.0])]
     extensions_mm: Vec<f64>,
 }
 

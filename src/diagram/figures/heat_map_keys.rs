@@ -22,7 +22,7 @@ pub(crate) struct Keys {
     #[schemars(length(min = 1, max = 6))]
     pub(crate) panel: Vec<PanelKeys>,
     /// Where one colour ends and the next begins, rising.
-    #[schemars(length(min = 1, max = 16), example = [1e-12, 1e-8, 1e-4])]
+    #[schemars(length(min = 1, max = 16), example = vec![1e-12, 1e-8, 1e-4])]
     pub(crate) bands: Vec<f64>,
     /// What the colours measure.
     #[serde(default)]
@@ -50,7 +50,7 @@ pub(crate) struct AxisKeys {
     pub(crate) scale: Option<String>,
     /// Values with a tick, in place of round ones or decades.
     #[serde(default)]
-    #[schemars(example = [1e-12, 1e-6, 1.0])]
+    #[schemars(example = vec![1e-12, 1e-6, 1.0])]
     pub(crate) ticks: Vec<f64>,
 }
 

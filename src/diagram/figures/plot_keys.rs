@@ -53,7 +53,7 @@ pub(crate) struct AxisKeys {
     #[schemars(example = 1000.0)]
     pub(crate) max: Option<f64>,
     /// Values with a tick, in place of 1, 2, 5 or decades.
-    #[schemars(example = [16.0, 64.0, 256.0])]
+    #[schemars(example = vec![16.0, 64.0, 256.0])]
     pub(crate) ticks: Vec<f64>,
 }
 
@@ -73,23 +73,23 @@ pub(crate) struct SeriesKeys {
     pub(crate) table: Option<String>,
     /// Values from left to right. This or `x_column`.
     #[serde(default)]
-    #[schemars(length(min = 1), example = [16.0, 64.0])]
+    #[schemars(length(min = 1), example = vec![16.0, 64.0])]
     pub(crate) x: Option<Vec<f64>>,
     /// Values upward. This or `y_column`.
     #[serde(default)]
-    #[schemars(length(min = 1), example = [0.1, 0.05])]
+    #[schemars(length(min = 1), example = vec![0.1, 0.05])]
     pub(crate) y: Option<Vec<f64>>,
     /// Half the length of each point's error bar.
     #[serde(default)]
-    #[schemars(length(min = 1), example = [0.01, 0.005])]
+    #[schemars(length(min = 1), example = vec![0.01, 0.005])]
     pub(crate) error: Option<Vec<f64>>,
     /// Where each point's error bar begins; with `high`, in place of `error`.
     #[serde(default)]
-    #[schemars(length(min = 1), example = [0.09, 0.045])]
+    #[schemars(length(min = 1), example = vec![0.09, 0.045])]
     pub(crate) low: Option<Vec<f64>>,
     /// Where each point's error bar ends.
     #[serde(default)]
-    #[schemars(length(min = 1), example = [0.12, 0.055])]
+    #[schemars(length(min = 1), example = vec![0.12, 0.055])]
     pub(crate) high: Option<Vec<f64>>,
     /// The column of the table with the values from left to right.
     #[serde(default)]
@@ -142,7 +142,7 @@ pub(crate) struct GuideKeys {
     pub(crate) slope: Option<f64>,
     /// A point it passes through.
     #[serde(default)]
-    #[schemars(example = [16.0, 0.1])]
+    #[schemars(example = vec![16.0, 0.1])]
     pub(crate) through: Option<[f64; 2]>,
     /// It is upright, at this value.
     #[serde(default)]

@@ -24,7 +24,7 @@ use serde::Deserialize;
 pub(crate) struct Keys {
     /// Tilts of the lens in degrees, one focus plane each; by default 10, 15, 20 and 30.
     #[serde(default)]
-    #[schemars(length(max = 12), inner(range(min = -89.0, max = 89.0)), example = [10.0, 20.0, 30.0])]
+    #[schemars(length(max = 12), inner(range(min = -89.0, max = 89.0)), example = vec![10.0, 20.0, 30.0])]
     tilts_deg: Vec<f64>,
 }
 

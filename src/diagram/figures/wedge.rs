@@ -29,7 +29,7 @@ use serde::Deserialize;
 pub(crate) struct Keys {
     /// F-numbers, one wedge each; by default the camera's own, half and twice that.
     #[serde(default)]
-    #[schemars(length(max = 6), inner(range(min = 1e-3, max = 1e6)), example = [8.0, 16.0, 32.0])]
+    #[schemars(length(max = 6), inner(range(min = 1e-3, max = 1e6)), example = vec![8.0, 16.0, 32.0])]
     f_numbers: Vec<f64>,
 }
 
