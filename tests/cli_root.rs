@@ -38,6 +38,7 @@ fn every_verb_refuses_what_lies_outside_the_root() {
         &["optics"],
         &["solve", "--distance", "8"],
         &["check"],
+        &["explain"],
         &["render", "-o", "o.png"],
         &["diagram", "-o", "o.svg"],
     ];
@@ -61,6 +62,11 @@ fn every_verb_refuses_what_lies_outside_the_root() {
     for model in ["out/t.obj", "in/link.obj"] {
         run(&folder, &["new", model, "-o", "n.toml", "--root", "in"]).expect(2, &[model, "root"]);
     }
+    run(&folder, &["cost", "out/scene.toml", "--root", "in", "--quick"])
+        .expect(2, &["out/scene.toml", "root"]);
+    fs::write(folder.join("out/s.json"), "{}").unwrap();
+    run(&folder, &["render", "in/scene.toml", "--replay", "out/s.json", "--root", "in"])
+        .expect(2, &["out/s.json", "root"]);
     run(&folder, &["check", "in/scene.toml", "--root", "none"]).expect(2, &["none"]);
     run(&folder, &["check", "in/scene.toml", "--root", "in/t.obj"]).expect(2, &["not a folder"]);
     assert_eq!(names(&folder), ["f.svg", "in", "o.png", "o.svg", "out"]);

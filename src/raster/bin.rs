@@ -43,20 +43,23 @@ pub(crate) struct Bins {
 }
 
 impl Bins {
-    /// Bins `triangles` (indices into `positions`, lens frame) for samples in `cells` of the aperture.
+    /// Bins `triangles` (indices into `positions`, lens frame) for samples in `cells` of the aperture. When `stop` says
+    /// so they are soon done, and of no use.
     pub(crate) fn new(
         simd: Level,
         view: &View,
         cells: &[LensCell],
         positions: &[DVec3],
         triangles: &[[u32; 3]],
+        stop: &(dyn Fn() -> bool + Sync),
     ) -> Self {
-        let boxes = Boxes::new(simd, view, cells, positions, triangles);
+        let boxes = Boxes::new(simd, view, cells, positions, triangles, stop);
         let (tiles_x, tiles_y) = (view.width.div_ceil(TILE), view.height.div_ceil(TILE));
         // What touches the picture, in the order of the scene: neighbours there are neighbours in space, and memory.
         let found: Vec<Found> = triangles
             .par_chunks(CHUNK)
             .enumerate()
+            .filter(|_| !stop())
             .map(|(chunk, triangles)| {
                 let mut found = Found::default();
                 for (t, &vertices) in (chunk * CHUNK..).zip(triangles) {
@@ -149,16 +152,20 @@ impl Boxes {
         cells: &[LensCell],
         positions: &[DVec3],
         triangles: &[[u32; 3]],
+        stop: &(dyn Fn() -> bool + Sync),
     ) -> Self {
         let frustum = Frustum::new(view);
         let mut vertices = vec![PixelBox::OUTSIDE; positions.len() * cells.len()];
         vertices
             .par_chunks_mut(CHUNK * cells.len())
             .zip(positions.par_chunks(CHUNK))
+            .filter(|_| !stop())
             .for_each(|(boxes, points)| point_boxes(simd, view, Some(&frustum), cells, points, boxes));
         let mut boxes =
             Self { cells: cells.len(), vertices, crossing: Vec::new(), crossing_boxes: Vec::new() };
-        boxes.cross(simd, view, &frustum, cells, positions, triangles);
+        if !stop() {
+            boxes.cross(simd, view, &frustum, cells, positions, triangles);
+        }
         boxes
     }
 

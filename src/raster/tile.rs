@@ -27,6 +27,8 @@ pub(crate) struct Geometry<'a> {
     pub surfaces: usize,
     /// Seconds from any start.
     pub clock: Option<&'a (dyn Fn() -> f64 + Sync)>,
+    /// Whether what is drawn is no longer wanted.
+    pub stop: &'a dyn Fn() -> bool,
 }
 
 /// The blocks of pixels that 16 triangles may touch from one cell of the lens.
@@ -126,6 +128,9 @@ impl TileScratch {
     ) {
         self.seen.clear(self.block.0, self.block.1, wanted);
         for at in 0.. {
+            if at % 256 == 255 && (geometry.stop)() {
+                break;
+            }
             if at == self.ready {
                 if self.waiting == 0 {
                     break;

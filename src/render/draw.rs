@@ -124,6 +124,7 @@ impl Picture<'_> {
             surface: &|t| self.patch(t).0,
             surfaces: self.surface_count,
             clock: watch.clock(),
+            stop: &|| self.stopped(),
         };
         let block = sampling::block(self.streams);
         let film = raster.prepare(&geometry, self.cells.len(), block, tile);
@@ -142,7 +143,8 @@ impl Picture<'_> {
         sums.resize((TILE * TILE) as usize, [Vec3::ZERO; 2]);
         for (done, step) in steps.iter().enumerate() {
             before.clone_from(sums);
-            let mut pattern = pattern(&self.points, tile, self.streams, step.run, step.splits);
+            let mut pattern =
+                pattern(&self.points, tile, self.streams, step.run, step.splits, &|| self.stopped());
             if self.centred {
                 pattern.center();
             }

@@ -159,7 +159,12 @@ fn draw<T: Send>(
         let mut counts = Counts::default();
         let watch = Stopwatch::start(execution.clock);
         let positions = picture::positions(scene);
-        let picture = Picture::new(scene, &positions, sequence, simd.level(), watch, &mut counts.stages);
+        let cancel = execution.cancel;
+        let picture =
+            Picture::new(scene, &positions, sequence, simd.level(), cancel, watch, &mut counts.stages);
+        if picture.stopped() {
+            return Err(stopped());
+        }
         room.check_tiles(&picture.bins)?;
         make(&picture, counts)
     })?

@@ -128,13 +128,14 @@ pub(super) struct Points {
 }
 
 /// The samples of `run` in tile `(tx, ty)` of a picture with `samples` a pixel or, where they go on, at least 16.
-/// They pass through an aperture of this shape.
+/// They pass through an aperture of this shape. None more are made when `stop` says so.
 pub(super) fn pattern(
     points: &Points,
     (tx, ty): (u32, u32),
     samples: u32,
     run: Run,
     splits: Splits,
+    stop: &dyn Fn() -> bool,
 ) -> Pattern {
     // Below 16 samples a batch serves several pixels, so that no lane is idle.
     let (block_width, block_height) = sampling::block(samples);
@@ -147,6 +148,9 @@ pub(super) fn pattern(
                 let sample = sampling::sample_of(points.set, &points.shape, points.seed, stream, index);
                 let (cluster, cell) = splits.place(&sample);
                 members[cluster].push((index, pixel, cell, sample));
+                if index % 4096 < 2 && stop() {
+                    break;
+                }
             }
         }
     }
@@ -174,6 +178,9 @@ pub(super) fn pattern(
             batch.odd |= ((index & 1) as u16) << lane;
         }
         batches.push(batch);
+        if batches.len() % 1024 == 0 && stop() {
+            break;
+        }
     }
     Pattern { block_width, block_height, batches }
 }
@@ -186,8 +193,14 @@ mod tests {
     fn clusters_of_a_power_of_two_hold_sixteen_samples_eight_of_each_half() {
         for samples in [16, 32, 64, 256, 1024, 4096] {
             let points = Points { set: PointSet::Sobol, shape: ApertureShape::Disk, seed: 3 };
-            let pattern =
-                pattern(&points, (5, 7), samples, Run { first: 0, count: samples }, Splits::new(samples));
+            let pattern = pattern(
+                &points,
+                (5, 7),
+                samples,
+                Run { first: 0, count: samples },
+                Splits::new(samples),
+                &|| false,
+            );
             assert_eq!(pattern.batches.len() as u32, samples / 16);
             for batch in &pattern.batches {
                 assert_eq!((batch.live, batch.odd.count_ones()), (0xffff, 8));
@@ -212,7 +225,7 @@ mod tests {
         let splits = Splits::new(samples);
         let cells = splits.lens_cells(shape, 1.0);
         let points = Points { set: PointSet::Sobol, shape: *shape, seed: 0 };
-        let pattern = pattern(&points, (0, 0), samples, Run { first: 0, count: samples }, splits);
+        let pattern = pattern(&points, (0, 0), samples, Run { first: 0, count: samples }, splits, &|| false);
         let pixels = pattern.block_width * pattern.block_height;
         let mut seen = vec![0; (samples * pixels) as usize];
         for batch in &pattern.batches {

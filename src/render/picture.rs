@@ -17,6 +17,7 @@ use fearless_simd::Level;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 // Tiles of the rasterizer are the squares that share lens points.
 const _: () = assert!(sampling::GRID == TILE);
@@ -55,6 +56,8 @@ pub(super) struct Picture<'a> {
     pub(super) centred: bool,
     pub(super) highlights: Highlights,
     pub(super) level: Level,
+    /// Set to stop; what is made from then on is never seen.
+    pub(super) cancel: Option<&'a AtomicBool>,
     /// Scratches that no thread uses.
     pub(super) idle: Mutex<Vec<TileScratch>>,
 }
@@ -72,6 +75,7 @@ impl<'a> Picture<'a> {
         positions: &'a [DVec3],
         sequence: Sequence,
         level: Level,
+        cancel: Option<&'a AtomicBool>,
         mut watch: Stopwatch<'_>,
         stages: &mut Stages,
     ) -> Self {
@@ -90,7 +94,8 @@ impl<'a> Picture<'a> {
             Sequence::Uniform(samples) => (samples, Splits::new(samples).lens_cells(&shape, view.radius)),
             Sequence::Runs => (runs::FIRST_RUN, Splits::run_cells(&shape, view.radius)),
         };
-        let bins = Bins::new(level, &view, &cells, positions, &surfaces.triangles);
+        let stop = || cancel.is_some_and(|flag| flag.load(Ordering::Relaxed));
+        let bins = Bins::new(level, &view, &cells, positions, &surfaces.triangles, &stop);
         watch.lap(&mut stages.bin);
         let cutout_materials: Vec<bool> = surfaces.materials.iter().map(Material::is_cutout).collect();
         let cutout = surfaces.attributes.par_iter().map(|a| cutout_materials[a.material as usize]).collect();
@@ -135,8 +140,14 @@ impl<'a> Picture<'a> {
             centred: !active.has(EffectName::Antialiasing),
             highlights,
             level,
+            cancel,
             idle: Mutex::default(),
         }
+    }
+
+    /// Whether the picture is no longer wanted.
+    pub(super) fn stopped(&self) -> bool {
+        self.cancel.is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 
     pub(super) fn tiles(&self) -> usize {

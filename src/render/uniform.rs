@@ -30,6 +30,9 @@ impl Picture<'_> {
         let step =
             Step { run: Run { first: 0, count: samples }, splits: Splits::new(samples), wanted: EVERYWHERE };
         let draw = |(scratch, sums): &mut (Borrowed<'_>, Vec<_>), tile, out, errors: Option<&mut [f32]>| {
+            if stop() {
+                return Default::default();
+            }
             sums.clear();
             let watch = Stopwatch::start(execution.clock);
             let (mut tally, steps) =
