@@ -130,7 +130,6 @@ fn each_sample_of_a_tessellated_plane_is_covered_once() {
 }
 
 #[test]
-#[ignore = "fails: some hundred of twenty million samples stay bare; see docs/stability.md"]
 fn slivers_leave_nothing_bare() {
     // A pixel of 320 is 3.1 cm of a plane at 5 m; slivers of 1e-7 and 1e-3 of that, 4096 side by side.
     for (width, name) in [(3.1e-9, "1e-7"), (3.1e-5, "1e-3")] {
@@ -162,7 +161,6 @@ fn slivers_leave_nothing_bare() {
 }
 
 #[test]
-#[ignore = "fails: some hundred of twenty million samples stay bare; see docs/stability.md"]
 fn triangles_of_a_billion_pixels_cover_each_sample_once() {
     // 1e9 pixels at 5 m are 3e7 m.
     for (size, name) in [(3e7, "1e9 px"), (3e3, "1e5 px")] {

@@ -31,7 +31,8 @@ impl<'a> LensFrame<'a> {
         self.turn(self.optics.world_from_lens().point_inverse(world))
     }
 
-    pub(super) fn view(&self, scene: &Scene) -> View {
+    /// The camera for the rasterizer, with an aperture of this radius in metres, 0 where all is drawn as through a pinhole.
+    pub(super) fn view(&self, scene: &Scene, radius: f64) -> View {
         let optics = self.optics;
         let (width, height) = (scene.render.width, scene.render.height);
         let film = optics.camera().film;
@@ -40,7 +41,6 @@ impl<'a> LensFrame<'a> {
         let (film_width, film_height) = (film.width.as_metres(), film.height.as_metres());
         let corner = optics.film_point(0.5 * film_width, -0.5 * film_height);
         let (dx, dy) = (fx * (-film_width / f64::from(width)), fy * (film_height / f64::from(height)));
-        let radius = optics.aperture_radius();
         let family = |u: f64, v: f64| {
             let [x, y, _, w] = optics
                 .projection(u * radius, v * radius)

@@ -83,10 +83,8 @@ impl<'a> Picture<'a> {
         let surfaces = &scene.surfaces;
         let frame = LensFrame::new(optics);
         let active = RenderPlan::active_in(scene);
-        let mut view = frame.view(scene);
-        if !active.has(EffectName::Defocus) {
-            view.radius = 0.0;
-        }
+        let radius = if active.has(EffectName::Defocus) { optics.aperture_radius() } else { 0.0 };
+        let view = frame.view(scene, radius);
         watch.lap(&mut stages.transform);
         let has_shape = active.has(EffectName::ApertureShape);
         let shape = if has_shape { scene.aperture_shape() } else { ApertureShape::Disk };
