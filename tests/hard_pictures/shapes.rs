@@ -42,6 +42,8 @@ pub fn surfaces(all: &[(Triangle, usize)]) -> Surfaces {
 pub fn counts(camera: &Camera, all: &[(Triangle, usize)], width: u32, samples: u32) -> Vec<[u32; 3]> {
     let mut scene: Scene = super::common::scenes::scene(camera, surfaces(all), width, samples);
     scene.optics = Optics::new(camera).unwrap();
+    // Parts of a surface are drawn one by one and compared: each through the whole lens, however little that blurs it.
+    scene.render.effects.all = true;
     scene.sun = None;
     scene.sky.ambient = DVec3::ZERO;
     scene.sky.horizon = DVec3::ZERO;
