@@ -83,14 +83,16 @@ impl Bins {
             .collect();
         drop(boxes);
         let together = Found {
-            candidates: concat(&found, |found| &found.candidates),
-            boxes: concat(&found, |found| &found.boxes),
-            tiles: concat(&found, |found| &found.tiles),
+            candidates: concat(&found, |found| &found.candidates, stop),
+            boxes: concat(&found, |found| &found.boxes, stop),
+            tiles: concat(&found, |found| &found.tiles, stop),
         };
         drop(found);
-        let Found { candidates, boxes, tiles } = together;
+        // What is stopped on the way is not of one length.
+        let Found { candidates, boxes, tiles } = if stop() { Found::default() } else { together };
         let keys: Vec<u32> = candidates.par_iter().map(|candidate| candidate.nearest.to_bits()).collect();
         let order = by_key(&keys);
+        let order = if stop() { Vec::new() } else { order };
         let tiles: Vec<Tiles> = order.par_iter().map(|&place| tiles[place as usize]).collect();
         let lists = TileLists::new(tiles_x, tiles_y, &tiles);
         Self { candidates, boxes, order, cells: cells.len(), lists, tiles_x, tiles_y }
@@ -130,9 +132,11 @@ struct Found {
     tiles: Vec<Tiles>,
 }
 
-fn concat<T: Copy>(found: &[Found], part: impl Fn(&Found) -> &Vec<T>) -> Vec<T> {
+fn concat<T: Copy>(found: &[Found], part: impl Fn(&Found) -> &Vec<T>, stop: &dyn Fn() -> bool) -> Vec<T> {
     let mut all = Vec::with_capacity(found.iter().map(|found| part(found).len()).sum());
-    found.iter().for_each(|found| all.extend_from_slice(part(found)));
+    for found in found.iter().take_while(|_| !stop()) {
+        all.extend_from_slice(part(found));
+    }
     all
 }
 
