@@ -65,6 +65,9 @@ fn sun_direction(scene: &Scene, sun: &Sun, (i, j): (u32, u32), stream: u64, k: u
 /// Whether no other surface crosses the ray from `point`, on `own`, along `l`; and whether it is a near thing.
 fn visible(scene: &Scene, own: usize, point: DVec3, l: DVec3) -> (bool, bool) {
     let (x, y) = l.any_orthonormal_pair();
+    // In single precision a ray's places are told by their height toward the middle of the sun: the flatter it is, the worse.
+    let middle = scene.sun.as_ref().map_or(l, |sun| sun.toward.normalize());
+    let hair = 3e-5 / middle.dot(l).max(1e-4);
     let (mut visible, mut doubt) = (true, false);
     for t in (0..scene.surfaces.triangles.len()).filter(|&t| t != own) {
         let corners = scene.surfaces.corners(t).map(|c| c - point);
@@ -77,19 +80,19 @@ fn visible(scene: &Scene, own: usize, point: DVec3, l: DVec3) -> (bool, bool) {
             .zip(sides)
             .map(|((p, q), side)| side * area.signum() / (q - p).length().max(1e-300))
             .fold(f64::INFINITY, f64::min);
-        if area == 0.0 || inside < -3e-5 {
+        if area == 0.0 || inside < -hair {
             continue;
         }
         let weights = DVec3::from_array(sides) / area;
         let height = l.dot(corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z);
-        if height < -3e-5 || (height.abs() < 1e-9 && inside < 3e-5) {
+        if height < -hair || (height.abs() < 1e-9 && inside < hair) {
             continue;
         }
         let alpha = texel_alpha(scene, t, weights);
         if alpha < 0.5 - 1e-3 {
             continue;
         }
-        let near = inside < 3e-5 || height < 3e-5 || alpha < 0.5 + 1e-3;
+        let near = inside < hair || height < hair || alpha < 0.5 + 1e-3;
         doubt |= near;
         visible &= near && (inside < 0.0 || height < 0.0 || alpha < 0.5);
         if !near {
