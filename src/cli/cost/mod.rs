@@ -5,6 +5,7 @@
 //! goes on where it was.
 
 mod approximation;
+mod reference;
 mod report;
 mod study;
 mod ways;

@@ -75,6 +75,13 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
             );
         }
     }
+    if study.left > 0 {
+        let _ = write!(
+            words,
+            " There was no time for {} more measurements; the same command takes them.",
+            study.left
+        );
+    }
     if let [approximation] = rows(study, APPROXIMATION)[..] {
         let _ = write!(
             words,

@@ -20,6 +20,10 @@ const QUICK_TRUTH: u32 = 2048;
 
 /// A picture that takes longer than this is timed once.
 const LONG_SECONDS: f64 = 4.0;
+const QUICK_LONG_SECONDS: f64 = 0.3;
+
+/// A quick study begins no step after so long.
+const QUICK_SECONDS: f64 = 14.0;
 
 /// What times are compared with: this many uniform samples, drawn just before.
 pub(super) const BASELINE: u32 = 64;
@@ -61,6 +65,8 @@ pub(super) struct Table {
 pub(super) struct Study<'a> {
     pub(super) scene: &'a Scene,
     pub(super) table: Table,
+    /// Steps that a quick study had no time for.
+    pub(super) left: usize,
     /// None until [`Study::measure`] has it.
     pub(super) truth: Option<Exposure>,
     folder: &'a Path,
@@ -103,18 +109,21 @@ impl<'a> Study<'a> {
                 }
             }
         }
-        Ok(Self { scene, table, truth, folder, limits, read })
+        Ok(Self { scene, table, left: 0, truth, folder, limits, read })
     }
 
     /// Measures what is not measured yet.
     pub(super) fn measure(&mut self, cancel: &AtomicBool) -> Result<()> {
         let steps = ladder(self.scene, self.table.quick);
         let progress = Progress::new();
+        let begun = Instant::now();
         // Work left is counted in samples: times differ by way, but these are known beforehand.
         let work = |step: &Step| match step.setting {
             Setting::Samples(n) | Setting::ErrorOf(n) | Setting::Approximation(n) => {
                 u64::from(n + BASELINE) * 3
             }
+            // A sample takes some fifty times as long, and is timed once.
+            Setting::Double(n) => u64::from(50 * n + BASELINE),
         };
         let truth_work = u64::from(self.table.converged_samples);
         let total = truth_work + steps.iter().map(work).sum::<u64>();
@@ -133,6 +142,10 @@ impl<'a> Study<'a> {
             progress.tell("measuring", done, total);
             done += work(step);
             if self.find(&step.way, &step.setting.name()).is_none() {
+                if self.table.quick && begun.elapsed().as_secs_f64() > QUICK_SECONDS {
+                    self.left += 1;
+                    continue;
+                }
                 let measured = self.time(step, &truth, cancel)?;
                 self.table.measured.push(measured);
                 self.save()?;
@@ -198,7 +211,8 @@ impl<'a> Study<'a> {
         let (_, baseline) = timed(&baseline)?;
         let (picture, first) = timed(step)?;
         let mut times = vec![first];
-        for _ in 0..if first > LONG_SECONDS { 0 } else { 2 } {
+        let long = if self.table.quick { QUICK_LONG_SECONDS } else { LONG_SECONDS };
+        for _ in 0..if first > long { 0 } else { 2 } {
             times.push(timed(step)?.1);
         }
         times.sort_by(f64::total_cmp);

@@ -1,6 +1,6 @@
 //! The ways to spend time on a picture that a study compares, and the settings of each.
 
-use super::approximation;
+use super::{approximation, reference};
 use groundglass::error::Result;
 use groundglass::picture::Exposure;
 use groundglass::plan::RenderPlan;
@@ -24,12 +24,14 @@ pub(super) enum Setting {
     ErrorOf(u32),
     /// A pinhole picture of so many samples, blurred by what each pixel's depth asks for.
     Approximation(u32),
+    /// So many samples of every pixel in double precision.
+    Double(u32),
 }
 
 impl Setting {
     pub(super) fn name(self) -> String {
         match self {
-            Self::Samples(n) => format!("N = {n}"),
+            Self::Samples(n) | Self::Double(n) => format!("N = {n}"),
             Self::ErrorOf(n) => format!("error of N = {n}"),
             Self::Approximation(n) => format!("pinhole of N = {n}"),
         }
@@ -50,17 +52,22 @@ pub(super) fn ladder(scene: &Scene, quick: bool) -> Vec<Step> {
     let mut steps: Vec<Step> = counts.iter().map(|&n| step(UNIFORM, Setting::Samples(n))).collect();
     // The error of 4 samples is reached by the first 16.
     steps.extend(counts[1..].iter().map(|&n| step(ADAPTIVE, Setting::ErrorOf(n))));
-    for set in PointSet::ALL.into_iter().filter(|&set| set != PointSet::default()) {
-        steps.extend(few.iter().map(|&n| step(&format!("{set} points"), Setting::Samples(n))));
-    }
-    steps.extend(few.iter().map(|&n| step(UNSHARED, Setting::Samples(n))));
     let plan = RenderPlan::new(scene);
     if plan.active().has(EffectName::Defocus) {
         steps.push(step(APPROXIMATION, Setting::Approximation(16)));
     }
+    if reference::knows(&plan) {
+        let textured = plan.active().has(EffectName::Textures);
+        let filters = &reference::FILTERS[..if textured { reference::FILTERS.len() } else { 1 }];
+        steps.extend(filters.iter().map(|(_, way)| step(way, Setting::Double(16))));
+    }
     for name in EffectName::ALL.into_iter().filter(|&name| plan.active().has(name)) {
         steps.push(step(&format!("without {name}"), Setting::Samples(64)));
     }
+    for set in PointSet::ALL.into_iter().filter(|&set| set != PointSet::default()) {
+        steps.extend(few.iter().map(|&n| step(&format!("{set} points"), Setting::Samples(n))));
+    }
+    steps.extend(few.iter().map(|&n| step(UNSHARED, Setting::Samples(n))));
     steps
 }
 
@@ -81,6 +88,11 @@ pub(super) fn draw(scene: &Scene, step: &Step, error: f64, execution: Execution<
         Setting::Approximation(n) => {
             scene.render.budget = Budget::Samples(n);
             return approximation::draw(&scene, execution);
+        }
+        Setting::Double(n) => {
+            let found = reference::FILTERS.into_iter().find(|(_, way)| step.way == *way);
+            let (filter, _) = found.unwrap_or(reference::FILTERS[0]);
+            return reference::draw(&scene, filter, n, execution);
         }
     }
     Ok(render(&scene, execution)?.0)

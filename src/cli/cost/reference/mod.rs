@@ -1,0 +1,122 @@
+//! The picture in double precision, sample by sample: what the renderer's single precision and shared work are compared
+//! with. Scene in, picture out.
+//!
+//! It takes the renderer's sample points, meets triangles by rays in world coordinates, and shares no drawing code with it.
+//! A texture can be read here in other ways than the renderer's, so that their price can be seen too.
+
+mod surface;
+mod tree;
+
+use glam::{DMat3, DVec3};
+use groundglass::error::{Error, ErrorKind, Result};
+use groundglass::picture::{Allocation, Exposure};
+use groundglass::plan::RenderPlan;
+use groundglass::render::Execution;
+use groundglass::sampling;
+use groundglass::scene::{EffectName, Scene, Sun};
+use rayon::prelude::*;
+use std::sync::atomic::Ordering;
+use surface::{Eye, Filter};
+use tree::Tree;
+
+/// Ways to read a texture, with what a study calls them.
+pub(super) const FILTERS: [(Filter, &str); 4] = [
+    (Filter::Renderer, "64 bits"),
+    (Filter::Trilinear, "64 bits, trilinear texels"),
+    (Filter::Bilinear, "64 bits, finest texels, bilinear"),
+    (Filter::Nearest, "64 bits, finest texels, nearest"),
+];
+
+/// Whether all that the plan has in is known here.
+pub(super) fn knows(plan: &RenderPlan) -> bool {
+    ![EffectName::Coverage, EffectName::Diffraction].into_iter().any(|effect| plan.active().has(effect))
+}
+
+/// `samples` of each pixel.
+pub(super) fn draw(
+    scene: &Scene,
+    filter: Filter,
+    samples: u32,
+    execution: Execution<'_>,
+) -> Result<Exposure> {
+    let stopped = || execution.cancel.is_some_and(|flag| flag.load(Ordering::Relaxed));
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(execution.threads.unwrap_or(0))
+        .build()
+        .map_err(|error| Error::new(ErrorKind::Io, format!("no threads can be started: {error}")))?;
+    let (width, height) = (scene.render.width, scene.render.height);
+    let rows: Vec<Vec<[f32; 3]>> = pool.install(|| {
+        let tree = Tree::new(&scene.surfaces);
+        let row = |j: u32| {
+            if stopped() {
+                return Vec::new();
+            }
+            (0..width).map(|i| pixel(scene, &tree, filter, samples, (i, j)).as_vec3().to_array()).collect()
+        };
+        (0..height).into_par_iter().map(row).collect()
+    });
+    if stopped() {
+        return Err(Error::new(ErrorKind::Cancelled, "the study was stopped"));
+    }
+    Ok(Exposure::from_rows(width, height, &rows.concat(), Allocation::Uniform(samples)))
+}
+
+/// The mean of a pixel's samples.
+fn pixel(scene: &Scene, tree: &Tree<'_>, filter: Filter, samples: u32, (i, j): (u32, u32)) -> DVec3 {
+    let optics = &scene.optics;
+    let stream = sampling::pixel_stream(i, j, samples);
+    let (seed, shape) = (scene.render.seed, scene.aperture_shape());
+    let film = optics.camera().film;
+    let step = [
+        -film.width.as_metres() / f64::from(scene.render.width),
+        film.height.as_metres() / f64::from(scene.render.height),
+    ];
+    let corner = [0.5 * film.width.as_metres(), -0.5 * film.height.as_metres()];
+    let mut sum = DVec3::ZERO;
+    for k in 0..samples {
+        let sample = sampling::sample_of(scene.render.points, &shape, seed, stream, k);
+        let radius = optics.aperture_radius();
+        let [u, v] = sample.lens.map(|c| f64::from(c) * radius);
+        let x = corner[0] + step[0] * (f64::from(i) + f64::from(sample.pixel[0]));
+        let y = corner[1] + step[1] * (f64::from(j) + f64::from(sample.pixel[1]));
+        let ray = |x: f64, y: f64| {
+            let ray = optics.ray(u, v, x, y);
+            let pose = optics.world_from_lens();
+            (pose.point(ray.origin), pose.vector(ray.direction).normalize())
+        };
+        let (from, direction) = ray(x, y);
+        let eye = Eye { from, direction, right: ray(x + step[0], y).1, down: ray(x, y + step[1]).1 };
+        let toward = scene.sun.as_ref().map(|sun| sun_direction(scene, sun, (i, j), stream, k));
+        let falloff = if scene.render.falloff { falloff(scene, (u, v), (x, y)) } else { 1.0 };
+        sum += surface::radiance(scene, tree, filter, &eye, toward) * falloff;
+    }
+    sum / f64::from(samples)
+}
+
+/// `cos(lens) cos(film) / r^2`, relative to the lens centre and the film centre.
+fn falloff(scene: &Scene, (u, v): (f64, f64), (x, y): (f64, f64)) -> f64 {
+    let optics = &scene.optics;
+    let weight = |s: DVec3, p: DVec3| {
+        let r = p - s;
+        let along = |n: DVec3| n.dot(r).abs();
+        along(optics.axis()) * along(optics.film_normal()) / (r.length_squared() * r.length_squared())
+    };
+    weight(optics.lens_point(u, v), optics.film_point(x, y)) / weight(DVec3::ZERO, optics.film_center())
+}
+
+/// Where the sun shines from for one sample: another point of its disk for each where it casts shadows.
+fn sun_direction(scene: &Scene, sun: &Sun, (i, j): (u32, u32), stream: u64, k: u32) -> DVec3 {
+    if !sun.shadows || sun.angular_diameter.as_radians() == 0.0 {
+        return sun.toward.normalize();
+    }
+    let (optics, seed) = (&scene.optics, scene.render.seed);
+    let (ex, ey) = optics.lens_axes();
+    let axes = DMat3::from_cols(ex, ey, optics.axis());
+    let toward = (axes.transpose() * optics.world_from_lens().vector_inverse(sun.toward)).normalize();
+    let (x, y) = toward.any_orthonormal_pair();
+    let shift = sampling::sun_shift(sampling::pixel_key(seed, i, j));
+    let bits = sampling::sun_square(seed, stream, k);
+    let square = [0, 1].map(|c: usize| ((bits[c] ^ shift[c]) >> 8) as f32 / 16_777_216.0);
+    let [a, b, c] = sampling::cone_direction(square, 0.5 * sun.angular_diameter.as_radians());
+    optics.world_from_lens().vector(axes * (x * a + y * b + toward * c))
+}
