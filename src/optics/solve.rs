@@ -322,7 +322,8 @@ fn nearest_parallel(camera: &Camera, plane: Plane, adjust: Adjust) -> Option<Nea
         // A ladder of offsets finds the first that can be had; halving then finds where it begins.
         let mut below = 0.0;
         let mut step = 1e-6 * f;
-        while step < 1e6 * f {
+        // From 1e-6 f to 1e6 f; counted, since a denormal times 1.1 may be itself.
+        for _ in 0..290 {
             if at(side * step).is_some() {
                 let (mut no, mut yes) = (below, step);
                 for _ in 0..80 {

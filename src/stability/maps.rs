@@ -88,7 +88,7 @@ pub(crate) const POINTS: Question = Question {
     cell: three_points,
 };
 
-fn camera(tilt: f64, extension: f64) -> Option<Camera> {
+pub(super) fn camera(tilt: f64, extension: f64) -> Option<Camera> {
     let mut camera = Camera::looking_at(DVec3::ZERO, DVec3::NEG_Z).ok()?;
     camera.focal_length = Length::metres(FOCAL);
     camera.front = Standard { tilt: Angle::degrees(tilt), ..Standard::default() };
@@ -97,7 +97,7 @@ fn camera(tilt: f64, extension: f64) -> Option<Camera> {
 }
 
 /// The extension that focuses at `distance` along the axis: part of the question, so its rounding is not judged.
-fn extension(tilt: f64, distance: f64) -> f64 {
+pub(super) fn extension(tilt: f64, distance: f64) -> f64 {
     libm::cos(tilt.to_radians()) * FOCAL * (distance / (distance - FOCAL))
 }
 
@@ -134,12 +134,8 @@ fn hinge_distance(tilt: f64, distance: f64) -> Errors {
 }
 
 fn blur(tilt: f64, number: f64) -> Errors {
-    // Focused at 10 m; the object of a film point 4 cm below the centre, and a hundredth farther.
     let extension = extension(tilt, 10.0);
-    let (s, c) = libm::sincos(tilt.to_radians());
-    let on_film = DVec3::new(0.0, -0.04, extension);
-    let weight = 1.0 + DVec3::new(0.0, -s, -c).dot(on_film) / FOCAL;
-    let point = (on_film * (1.01 / weight)).to_array();
+    let point = blurred_point(tilt, extension);
     let ours = || {
         let mut camera = camera(tilt, extension)?;
         camera.aperture = Aperture::FNumber(FNumber::new(number).ok()?);
@@ -150,6 +146,14 @@ fn blur(tilt: f64, number: f64) -> Errors {
     let single = wide::blur::<f32>(tilt, extension, number, point).map(wide);
     let textbook = classic::blur(tilt, extension, number, point);
     judge(wide::blur(tilt, extension, number, point), false, [Some(found), textbook, single])
+}
+
+/// The object of a film point 4 cm below the centre, and a hundredth farther.
+pub(super) fn blurred_point(tilt: f64, extension: f64) -> [f64; 3] {
+    let (s, c) = libm::sincos(tilt.to_radians());
+    let on_film = DVec3::new(0.0, -0.04, extension);
+    let weight = 1.0 + DVec3::new(0.0, -s, -c).dot(on_film) / FOCAL;
+    (on_film * (1.01 / weight)).to_array()
 }
 
 fn lens_for(lean: f64, distance: f64) -> Errors {

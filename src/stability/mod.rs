@@ -4,11 +4,14 @@
 //! The references are the contract's formulas in numbers of twice the digits (`wide`). The tests hold the library to an
 //! oracle that is independent of both (`tests/hard_cases.rs`).
 
+mod answers;
 mod classic;
 mod formulas;
 mod maps;
 mod number;
 mod wide;
+
+pub use answers::{Answer, answers};
 
 use crate::diagram::{Changes, Figure, FigureFile};
 use crate::error::Result;

@@ -33,6 +33,24 @@ impl Number for Wide {
     }
 }
 
+impl Number for f64 {
+    fn of(value: f64) -> Self {
+        value
+    }
+
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+
+    fn sin_cos(degrees: f64) -> (Self, Self) {
+        libm::sincos(degrees.to_radians())
+    }
+
+    fn wide(self) -> Wide {
+        Wide::of(self)
+    }
+}
+
 impl Number for f32 {
     fn of(value: f64) -> Self {
         value as Self
