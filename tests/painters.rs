@@ -66,15 +66,23 @@ fn the_three_painters_agree() {
             let figure = draw(&file, theme);
             let what = format!("{} {name}", file.file_name().unwrap().to_string_lossy());
             let (width, height, pixels) = figure.to_pixels(SCALE).unwrap();
-            let svg = from_svg(&figure.to_svg().unwrap(), width, height);
+            let svg_text = figure.to_svg().unwrap();
+            let svg = from_svg(&svg_text, width, height);
             let paths = from_pdf(figure.to_pdf_with(TextAs::Paths).unwrap(), width, height);
             let text = from_pdf(figure.to_pdf().unwrap(), width, height);
             for (painter, other) in [("SVG", &svg), ("PDF, paths", &paths), ("PDF, text", &text)] {
                 let (mean, share) = compare(&pixels, other);
                 println!("{what}, {painter}: mean {mean:.3}, share {share:.6}");
-                // resvg fills as our pixels do, but for outlines, which the SVG holds to 0.001 mm; hayro has another rasterizer.
-                let most = if painter == "SVG" { 0.2 } else { 1.0 };
-                assert!(mean < most && share < 0.001, "{what}, {painter}: mean {mean}, share {share}");
+                // resvg fills as our pixels do. The SVG has outlines to 0.001 mm and, for short files, letters' places to 0.01 mm:
+                // an edge is off by at most 0.033 of a pixel, 8 of 255, and letters' edges are some 2 % of a page (measured: at
+                // most 0.15). A picture is scaled by either's own filter (0.18). hayro has another rasterizer, whose edges
+                // differ by up to a quarter of a step (0.80).
+                let (most, seen) = match (painter, svg_text.contains("<image")) {
+                    ("SVG", false) => (0.16, 2e-4),
+                    ("SVG", true) => (0.2, 2e-4),
+                    _ => (1.0, 1e-3),
+                };
+                assert!(mean < most && share < seen, "{what}, {painter}: mean {mean}, share {share}");
             }
         }
     }
