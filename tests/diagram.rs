@@ -4,7 +4,7 @@
 mod drawing;
 
 use drawing::{Lcg, Panel, Point, camera, cameras, check_labels, check_rays, panels};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use groundglass::diagram::{Figure, Inset, Item, Section, SideView, TextAs};
 use groundglass::geometry::{Line, Plane};
 use groundglass::optics::Optics;
@@ -244,6 +244,32 @@ fn the_subject_is_drawn_where_the_section_cuts_it() {
     assert!(nearest < 0.02, "{nearest}");
     assert!(subject.segments.len() <= 8, "{}", subject.segments.len());
     check_labels(&figure, "house");
+}
+
+#[test]
+fn the_ground_is_level_where_the_camera_looks_up_or_down() {
+    let triangles = house();
+    for pitch in [-40.0_f64, -6.0, 12.0, 40.0] {
+        let mut camera = cameras()[1].1;
+        camera.rail.axes = DMat3::from_rotation_y(0.3) * DMat3::from_rotation_x(pitch.to_radians());
+        let optics = Optics::new(&camera).unwrap();
+        let figure = SideView::new(&optics).section(Section::Side).subject(&triangles).figure().unwrap();
+        let svg = figure.to_svg().unwrap();
+        for panel in panels(&svg) {
+            assert!((panel.up - DVec3::Y).length() < 1e-12 && panel.right.y.abs() < 1e-12, "{pitch}");
+        }
+        check_against_optics(&svg, &optics, &format!("pitch {pitch}"));
+        check_labels(&figure, &format!("pitch {pitch}"));
+    }
+    // Looking down on a table, and without a subject, the rail lies along the page.
+    let mut camera = cameras()[1].1;
+    camera.rail.axes = DMat3::from_rotation_x(-1.2);
+    let optics = Optics::new(&camera).unwrap();
+    let figure = SideView::new(&optics).section(Section::Side).subject(&triangles).figure().unwrap();
+    let forward = optics.camera().rail.axes * DVec3::NEG_Z;
+    for panel in panels(&figure.to_svg().unwrap()) {
+        assert!((panel.right - forward).length() < 1e-12);
+    }
 }
 
 #[test]

@@ -7,8 +7,8 @@ mod book;
 mod program;
 
 use book::book;
-use groundglass::diagram::{FigureFile, Item, KINDS, TextAs};
-use groundglass::scene::Document;
+use groundglass::diagram::{Changes, FigureFile, Item, KINDS, PARTS, TextAs, Theme};
+use groundglass::scene::{Document, Files};
 use program::{folder, names, run};
 use std::fs;
 use std::path::Path;
@@ -85,6 +85,7 @@ fn wrong_figures_name_line_key_and_remedy() {
             "kind = \"side-view\"\nhide = [\"bellow\"]",
             &["figure.toml:2:", "hide[0]", "did you mean \"bellows\"?"],
         ),
+        ("kind = \"side-view\"\nshow = [\"rays\"]", &["figure.toml:2:", "show[0]", "did you mean \"ray\"?"]),
         ("kind = \"side-view\"\ntheme = \"drak\"", &["did you mean \"dark\"?"]),
         ("kind = \"side-view\"\nwidth = \"ieee-colum\"", &["did you mean \"ieee-column\"?"]),
         ("kind = \"side-view\"\nwidth_mm = -3", &["figure.toml:2:", "width_mm", "at least 1"]),
@@ -145,6 +146,19 @@ fn the_program_lists_writes_draws_and_checks_figures() {
     run(&["diagram", "both.toml"]).expect(2, &["both.toml:2:", "scene", "exclude"]);
     fs::write(folder.join("no.toml"), "kind = \"side-view\"\nscene = \"s.toml\"\n").unwrap();
     run(&["diagram", "no.toml"]).expect(2, &["no.toml:2:", "there is no file `s.toml`"]);
+    // A file that cannot be drawn hides nothing of the others; nor does a letter that the font has not.
+    fs::write(folder.join("side-view.svg"), "").unwrap();
+    let mixed = run(&["diagram", "--check", "no.toml", "side-view.toml"]);
+    mixed.expect(2, &["no.toml:2:"]);
+    assert!(mixed.out.contains("side-view.svg is stale"), "{}", mixed.out);
+    let plot = "kind = \"plot\" # 字\n[[series]]\nname = \"a 字\"\nx = [1, 2]\ny = [1, 2]\n";
+    fs::write(folder.join("glyph.toml"), plot).unwrap();
+    run(&["diagram", "glyph.toml"]).expect(2, &["glyph.toml:3:11", "no glyph", "use Latin letters"]);
+    // A kind that draws files of its reader's says so.
+    for (kind, key) in [("figure-1", "scenes"), ("view-pair", "picture"), ("heat-map", "data")] {
+        let new = run(&["diagram", "--new", kind]);
+        assert!(new.code == 0 && new.out.contains(&format!("`{key}`")), "{kind}: {}", new.out);
+    }
     assert!(!names(&folder).iter().any(|name| name.ends_with(".part")));
 }
 
@@ -196,7 +210,57 @@ fn the_gallery_shows_the_book() {
     let found = fs::read_to_string(root.join("docs/gallery.md")).unwrap_or_default();
     let remedy = "run `groundglass diagram --gallery docs/gallery.md`";
     assert!(made == found, "docs/gallery.md is stale: {remedy}");
+    let compared = fs::read_to_string(root.join("docs/figures-compared.md")).unwrap();
     for kind in KINDS {
         assert!(made.contains(&format!("`{}`: {}", kind.name, kind.line)), "{}", kind.name);
+        let row = |line: &str| line.starts_with('|') && line.contains(&format!("`{}`", kind.name));
+        assert!(compared.lines().any(row), "docs/figures-compared.md leaves out {}", kind.name);
     }
+}
+
+#[test]
+fn every_colour_turns_on_dark_pages() {
+    for file in book() {
+        let name = file.file_name().unwrap().to_string_lossy().into_owned();
+        let document = Document::from_bytes(&fs::read(&file).unwrap(), &name).unwrap();
+        let changes = Changes { theme: Some(Theme::SCREEN), ..Changes::default() };
+        let folder = fs::canonicalize(file.parent().unwrap()).unwrap();
+        let figure = FigureFile::from_document(document).unwrap().draw(&Files::new(), &folder, changes);
+        let svg = figure.unwrap().to_svg().unwrap();
+        let tree = roxmltree::Document::parse(&svg).unwrap();
+        // A picture does not turn, nor what is marked in it.
+        let is_picture = |node: &roxmltree::Node| node.attribute("data-part") == Some("film-picture");
+        for node in tree.descendants().filter(|node| !node.ancestors().any(|node| is_picture(&node))) {
+            for property in ["fill", "stroke", "stop-color"] {
+                let Some(color) = node.attribute(property).filter(|color| color.starts_with('#')) else {
+                    continue;
+                };
+                assert!(
+                    svg.contains(&format!("[{property}=\"{color}\"]")),
+                    "{name}: {property} {color} stays"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn parts_are_drawn_and_left_out_by_name() {
+    let drawn = |keys: &str| {
+        let camera = "[camera]\neye_m = [0, 0, 0]\nlook_at_m = [0, 0, -1]\nfocal_length_mm = 150\nf_number = 8\n\
+                      film = \"4x5\"\nextension_mm = 160\n[camera.front]\ntilt_deg = 6\n";
+        let text = format!("kind = \"side-view\"\n{keys}\n{camera}");
+        let document = Document::from_bytes(text.as_bytes(), "figure.toml").unwrap();
+        let file = FigureFile::from_document(document).unwrap();
+        file.draw(&Files::new(), "".as_ref(), Changes::default()).unwrap().to_svg().unwrap()
+    };
+    let has = |svg: &str, part: &str| svg.contains(&format!("data-part=\"{part}\""));
+    let some = drawn("show = [\"hinge-line\", \"wedge\", \"label\"]\nhide = [\"wedge\"]");
+    for part in PARTS {
+        let here = ["hinge-line", "label"].contains(&part);
+        assert!(has(&some, part) == here || part == "dimension" || part == "subject", "{part}");
+    }
+    assert!(has(&some, "film") && has(&some, "lens") && !has(&drawn("hide = [\"wedge\"]"), "wedge"));
+    assert!(has(&drawn(""), "wedge") && has(&drawn(""), "ray") && has(&drawn(""), "scale-bar"));
+    assert!(!has(&some, "scale-bar") && has(&some, "panel-title"));
 }

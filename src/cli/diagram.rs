@@ -177,7 +177,13 @@ fn starter(kind: &str, outputs: &[PathBuf]) -> Result<()> {
             .in_file(target.display().to_string())
             .remedy("give another name with -o"));
     }
-    output::write_text(&target, &[], kind.starter)
+    output::write_text(&target, &[], kind.starter)?;
+    match kind.needs {
+        Some(key) => {
+            report::print(&format!("{}: name files of your own in `{key}`, then draw it\n", target.display()))
+        }
+        None => Ok(()),
+    }
 }
 
 /// The files given, or all figures of the book beside.
@@ -312,32 +318,45 @@ fn camera_of(opened: Opened, arguments: &Arguments) -> Result<Drawn> {
 
 /// Names the figure files whose SVG is not what would be drawn now; whether there is none.
 fn check(arguments: &Arguments) -> Result<bool> {
-    let mut stale = String::new();
+    let (mut stale, mut failed) = (String::new(), None);
     for file in &book(arguments)? {
-        let mut opened = input::open(file, arguments.root.root.as_deref())?;
-        opened.source.limit(arguments.memory);
-        let (figure, _) = figure_of(&opened, changes(arguments))?;
-        let svg = file.with_extension("svg");
-        let drawn = figure.to_svg()?;
-        // Through the door that refuses devices; one longer than what would be drawn is not it.
-        let why = match opened.source.argument(&svg) {
-            Err(error) if error.kind() == ErrorKind::Invalid && !svg.exists() => "is missing",
-            Err(_) => "cannot be read",
-            Ok(found) => match opened.source.read(&found, drawn.len() as u64) {
-                Ok(bytes) if *bytes == *drawn.as_bytes() => continue,
-                Ok(_) => "is stale",
-                Err(error) if error.kind() == ErrorKind::TooLarge => "is stale",
-                Err(_) => "cannot be read",
-            },
-        };
-        stale.push_str(&format!(
-            "{} {why}; draw it anew with `groundglass diagram {}`, and look at it\n",
-            svg.display(),
-            file.display()
-        ));
+        // One that cannot be drawn hides nothing of the others.
+        match staleness(file, arguments) {
+            Ok(None) => {}
+            Ok(Some(why)) => stale.push_str(&format!(
+                "{} {why}; draw it anew with `groundglass diagram {}`, and look at it\n",
+                file.with_extension("svg").display(),
+                file.display()
+            )),
+            Err(error) => {
+                if let Some(earlier) = failed.replace(error) {
+                    report::failure(&earlier);
+                }
+            }
+        }
     }
     report::print(&stale)?;
-    Ok(stale.is_empty())
+    failed.map_or(Ok(stale.is_empty()), Err)
+}
+
+/// Why the SVG beside a figure file is not what would be drawn now.
+fn staleness(file: &Path, arguments: &Arguments) -> Result<Option<&'static str>> {
+    let mut opened = input::open(file, arguments.root.root.as_deref())?;
+    opened.source.limit(arguments.memory);
+    let (figure, _) = figure_of(&opened, changes(arguments))?;
+    let svg = file.with_extension("svg");
+    let drawn = figure.to_svg()?;
+    // Through the door that refuses devices; one longer than what would be drawn is not it.
+    Ok(match opened.source.argument(&svg) {
+        Err(error) if error.kind() == ErrorKind::Invalid && !svg.exists() => Some("is missing"),
+        Err(_) => Some("cannot be read"),
+        Ok(found) => match opened.source.read(&found, drawn.len() as u64) {
+            Ok(bytes) if *bytes == *drawn.as_bytes() => None,
+            Ok(_) => Some("is stale"),
+            Err(error) if error.kind() == ErrorKind::TooLarge => Some("is stale"),
+            Err(_) => Some("cannot be read"),
+        },
+    })
 }
 
 #[derive(Clone, Copy)]

@@ -12,6 +12,9 @@ use super::theme::{self, Hue, solid};
 use super::{extent, words};
 use crate::geometry::Line;
 
+/// Page millimetres from the lens within which a panel that shows the camera small does not name these lines.
+pub(crate) const NEAR_LENS: f64 = 4.0;
+
 /// The Scheimpflug or hinge line: a circle where the section cuts it, an arrow where that is off the panel.
 pub(crate) fn line_point(
     scene: &Scene,
@@ -53,7 +56,7 @@ pub(crate) fn line_point(
                 canvas.part(part, vec![ring]);
                 canvas.avoid_disk(page, radius + 0.3);
                 // So near the lens it is told apart in the inset only.
-                if role != Role::Main || from_lens > 4.0 {
+                if role != Role::Main || from_lens > NEAR_LENS {
                     canvas.label(Label::new(name, hue.word, vec![page]).toward([0.6, 0.8]));
                 }
             } else {

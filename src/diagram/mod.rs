@@ -20,7 +20,7 @@
 //! | `leader` | from labels to what they name |
 //! | `inset-mark` | which part of the main panel the inset enlarges |
 //! | `frame` | a panel's border |
-//! | `scale`, `scale-bar` | a panel's scale in words and drawn |
+//! | `scale`, `scale-bar` | a panel's scale in words and drawn; `panel-title`: its words alone |
 //! | `title`, `caption`, `paper` | words about the figure, its ground |
 //! | `angle`, `right-angle` | an angle's arc, the mark of a right one |
 //! | `blur-contour` | where the exact blur has the size `data-blur`, metres; `difference` marks a point, with `data-percent` |

@@ -7,7 +7,7 @@ use super::display_list::{Geometry, Group, PanelFrame, Point, Shape};
 use super::lines::{dimension_f, distance_j, focus_arrow, line_point};
 use super::panel::Panel;
 use super::place::Weight;
-use super::planes::{Style, along, axis, camera_span, long_enough, trace, wedge};
+use super::planes::{Style, along, axis, camera_span, long_enough, stub, trace, wedge};
 use super::rays::{pencil, rays};
 use super::section::{Pierce, Section, SectionPlane};
 use super::theme::{self, Hue, Theme, broken, solid};
@@ -45,7 +45,9 @@ impl<'a> Scene<'a> {
         triangles: &[[DVec3; 3]],
         hidden: &'a BTreeSet<String>,
     ) -> Self {
-        Self::cut(optics, theme, circle, SectionPlane::new(optics, section), triangles, hidden)
+        let plane = SectionPlane::new(optics, section);
+        let plane = if triangles.is_empty() { plane } else { plane.upright(optics.world_from_lens()) };
+        Self::cut(optics, theme, circle, plane, triangles, hidden)
     }
 
     /// The same in a section that the kind chooses.
@@ -218,7 +220,7 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
         let style = Style {
             front: solid(theme.depth.line, theme::MEDIUM),
             split: Some(scene.section.trace(optics.front_focal_plane())),
-            behind_at_most: 5.0,
+            behind_at_most: stub(scene, plane, 5.0),
             weight: Weight::Light,
         };
         limits.push((part, trace(scene, canvas, part, plane, style, None)));
@@ -260,7 +262,9 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
             if let Some((a, b)) = ends.filter(told) {
                 let words = if part == "near-plane" { "near plane" } else { "far plane" };
                 let toward = if part == "near-plane" { [0.0, -1.0] } else { [0.0, 1.0] };
-                let label = Label::new(words, theme.depth.word, along(a, b)).toward(toward);
+                // Not next to the hinge, where all of them are near.
+                let anchors = along(a, b).into_iter().take(5).collect();
+                let label = Label::new(words, theme.depth.word, anchors).toward(toward);
                 canvas.label(label.beside((a, b), 0.8));
             }
         }

@@ -73,6 +73,15 @@ pub(crate) fn camera_span(scene: &Scene, canvas: &Canvas, line: Pierce) -> Vec<P
     span
 }
 
+/// How long (mm) a limit of sharpness goes on behind the front focal plane: `most`, and not at all where that could not be
+/// told from the focus plane.
+pub(crate) fn stub(scene: &Scene, limit: Plane, most: f64) -> f64 {
+    let [a, b, _] = scene.section.trace(limit.normalized());
+    let [c, d, _] = scene.section.trace(scene.optics.focus_plane().normalized());
+    let sine = (a * d - b * c).abs() / (libm::hypot(a, b) * libm::hypot(c, d)).max(1e-12);
+    if most * sine < 0.8 { 0.0 } else { most }
+}
+
 /// Draws a plane's trace; gives the ends of its piece in front.
 pub(crate) fn trace(
     scene: &Scene,
@@ -122,9 +131,11 @@ pub(crate) fn trace(
             Some(_) => (b0, b1.min(b0 + style.behind_at_most)),
             None => (b0, b1),
         };
-        let stroke = Stroke { width: theme::THIN, dash: theme::DOTTED, ..style.front };
-        shapes.push(Shape::line(line.point(b0), line.point(b1), stroke));
-        canvas.avoid(line.point(b0), line.point(b1), theme::THIN, Weight::Light);
+        if b1 > b0 {
+            let stroke = Stroke { width: theme::THIN, dash: theme::DOTTED, ..style.front };
+            shapes.push(Shape::line(line.point(b0), line.point(b1), stroke));
+            canvas.avoid(line.point(b0), line.point(b1), theme::THIN, Weight::Light);
+        }
     }
     let ends = front.map(|(f0, f1)| (line.point(f0), line.point(f1)));
     if let Some((a, b)) = ends {

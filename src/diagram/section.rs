@@ -5,7 +5,7 @@
 //! Scheimpflug and hinge lines as points. The viewer stands on the rail's +x side and sees the subject to the
 //! right (side view), or above the camera (top view, camera's left up the page).
 
-use crate::geometry::{Line, Plane};
+use crate::geometry::{Line, Plane, Pose};
 use crate::optics::Optics;
 use glam::DVec3;
 
@@ -16,7 +16,7 @@ pub enum Section {
     /// for both.
     #[default]
     Auto,
-    /// The rail's vertical plane.
+    /// The rail's vertical plane; before a subject, the world's up is up the page.
     Side,
     /// The rail's horizontal plane.
     Top,
@@ -97,6 +97,17 @@ impl SectionPlane {
             View::Oblique
         };
         Self { u, v, normal, view }
+    }
+
+    /// A side view turned in its plane until the world's up is up the page: the ground is level, what stands on it
+    /// stands. Where the camera looks more up or down than ahead it stays as it is.
+    pub(crate) fn upright(self, world_from_lens: &Pose) -> Self {
+        let up = world_from_lens.vector_inverse(DVec3::Y);
+        let up = up - self.normal * self.normal.dot(up);
+        let v = up / up.length();
+        let u = v.cross(self.normal);
+        let looks_ahead = u.dot(self.u) > std::f64::consts::FRAC_1_SQRT_2;
+        if self.view == View::Side && looks_ahead { Self { u, v, ..self } } else { self }
     }
 
     /// Page right and up of a vector, its part square to the section dropped.

@@ -25,6 +25,8 @@ pub(crate) struct Sheet<'a> {
     pub(crate) theme: &'a Theme,
     /// Whether the page is painted.
     pub(crate) background: bool,
+    /// Whether panels say their scale.
+    pub(crate) with_scale: bool,
     pub(crate) items: Vec<Item>,
     title: Option<String>,
 }
@@ -41,7 +43,7 @@ impl<'a> Sheet<'a> {
                 .at_key("width_mm")
                 .remedy(format!("choose {width} to 2000 mm by {height} to 2000 mm")));
         }
-        Ok(Self { size, theme, background: true, items: Vec::new(), title: None })
+        Ok(Self { size, theme, background: true, with_scale: true, items: Vec::new(), title: None })
     }
 
     /// Writes the title, if there is one; gives the height at which the rest begins.
@@ -90,6 +92,14 @@ impl<'a> Sheet<'a> {
     pub(crate) fn strip(&mut self, panel: &Panel, words: &str, to_right: bool) -> Result<()> {
         let [left, _, right, bottom] = panel.frame;
         let base = bottom + 3.4;
+        if !self.with_scale {
+            let runs = lettering::runs(words);
+            let wide = lettering::width(&runs)? * theme::LETTER;
+            let x = if to_right { right - wide } else { left };
+            let item = self.caption("panel-title", runs, [x, base], theme::LETTER)?;
+            self.items.push(item);
+            return Ok(());
+        }
         let scale = words::ratio(1000.0 / panel.scale);
         let metres = words::round_length((0.3 * panel.width()).min(22.0) / panel.scale);
         let long = metres * panel.scale;

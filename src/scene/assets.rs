@@ -38,6 +38,8 @@ pub struct AssetLoader<'a> {
     progress: Option<&'a Progress<'a>>,
     models: HashMap<PathBuf, Arc<Model>>,
     pictures: Pictures,
+    /// Whether pictures are left out: a drawing has no use for them.
+    shapes_only: bool,
     memory: u64,
     /// Bytes that the models loaded so far take, textures apart.
     held: u64,
@@ -54,6 +56,7 @@ impl<'a> AssetLoader<'a> {
             progress: None,
             models: HashMap::new(),
             pictures: Pictures::default(),
+            shapes_only: false,
             memory: source.room().unwrap_or(u64::MAX),
             held: 0,
             warnings: Vec::new(),
@@ -65,6 +68,13 @@ impl<'a> AssetLoader<'a> {
     #[must_use]
     pub fn with_progress(mut self, progress: &'a Progress<'a>) -> Self {
         self.progress = Some(progress);
+        self
+    }
+
+    /// Leaves out the pictures of materials: what has shape is loaded, not what it looks like.
+    #[must_use]
+    pub(crate) fn shapes_only(mut self) -> Self {
+        self.shapes_only = true;
         self
     }
 
@@ -200,8 +210,9 @@ impl<'a> AssetLoader<'a> {
             for (map, what_for) in
                 [(&written.entry.diffuse_map, Use::Diffuse), (&written.entry.opacity_map, Use::Opacity)]
             {
-                let found = map.as_ref().map(|map| self.find_picture(map, &written.folder, fences));
-                wanted.push((map.as_ref().zip(found), what_for));
+                let map = map.as_ref().filter(|_| !self.shapes_only);
+                let found = map.map(|map| self.find_picture(map, &written.folder, fences));
+                wanted.push((map.zip(found), what_for));
             }
         }
         let paths = wanted.iter().filter_map(|(map, what_for)| match map {

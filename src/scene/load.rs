@@ -127,36 +127,7 @@ impl SceneDescription {
         if let Some(most) = settings.memory {
             loader = loader.with_memory(most);
         }
-        // All models first (one that several meshes name is held once), so that the memory for all is asked for once.
-        let mut models = Vec::new();
-        let mut surfaces = Surfaces::default();
-        for (index, entry) in self.meshes.iter().enumerate() {
-            let model = loader
-                .load_obj(&entry.path)
-                .map_err(|error| named_by(error, self.document.name(), &self.mesh_place(index)))?;
-            models.push(model);
-        }
-        surfaces
-            .reserve(&models, loader.left())
-            .map_err(|error| error.at(self.mesh_place(self.meshes.len().saturating_sub(1))))?;
-        let mut meshes = Vec::new();
-        for (index, (entry, model)) in self.meshes.iter().zip(&models).enumerate() {
-            let placement =
-                Placement { scale: entry.scale, rotate_y: entry.rotate_y, translate: entry.translate };
-            let first = surfaces.positions.len();
-            surfaces.add(model, &placement).map_err(|error| error.at(self.mesh_place(index)))?;
-            let start = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-            let bounds =
-                surfaces.positions[first..].iter().fold(start, |[low, high], &p| [low.min(p), high.max(p)]);
-            meshes.push(MeshSummary {
-                path: entry.path.clone(),
-                placement,
-                triangles: model.triangles.len(),
-                materials: model.named_materials,
-                textures: model.textures,
-                bounds,
-            });
-        }
+        let (mut surfaces, meshes) = self.place_all(&mut loader)?;
         if self.sun.is_some_and(|sun| sun.shadows) {
             surfaces.build_hierarchy();
         } else {
@@ -187,6 +158,49 @@ impl SceneDescription {
             warnings: loader.warnings().to_vec(),
             assets_digest: loader.digest(),
         })
+    }
+
+    /// All meshes in the world, without what finding patches and casting shadows need.
+    ///
+    /// # Errors
+    /// Those of [`AssetLoader::load_obj`], with the mesh's line, and
+    /// [`TooLarge`](crate::error::ErrorKind::TooLarge) beyond the memory allowed.
+    pub(crate) fn shapes(&self, loader: &mut AssetLoader<'_>) -> Result<Surfaces> {
+        self.place_all(loader).map(|(surfaces, _)| surfaces)
+    }
+
+    fn place_all(&self, loader: &mut AssetLoader<'_>) -> Result<(Surfaces, Vec<MeshSummary>)> {
+        // All models first (one that several meshes name is held once), so that the memory for all is asked for once.
+        let mut models = Vec::new();
+        let mut surfaces = Surfaces::default();
+        for (index, entry) in self.meshes.iter().enumerate() {
+            let model = loader
+                .load_obj(&entry.path)
+                .map_err(|error| named_by(error, self.document.name(), &self.mesh_place(index)))?;
+            models.push(model);
+        }
+        surfaces
+            .reserve(&models, loader.left())
+            .map_err(|error| error.at(self.mesh_place(self.meshes.len().saturating_sub(1))))?;
+        let mut meshes = Vec::new();
+        for (index, (entry, model)) in self.meshes.iter().zip(&models).enumerate() {
+            let placement =
+                Placement { scale: entry.scale, rotate_y: entry.rotate_y, translate: entry.translate };
+            let first = surfaces.positions.len();
+            surfaces.add(model, &placement).map_err(|error| error.at(self.mesh_place(index)))?;
+            let start = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+            let bounds =
+                surfaces.positions[first..].iter().fold(start, |[low, high], &p| [low.min(p), high.max(p)]);
+            meshes.push(MeshSummary {
+                path: entry.path.clone(),
+                placement,
+                triangles: model.triangles.len(),
+                materials: model.named_materials,
+                textures: model.textures,
+                bounds,
+            });
+        }
+        Ok((surfaces, meshes))
     }
 }
 

@@ -143,12 +143,15 @@ fn seen_through(scene: &Scene, canvas: &mut Canvas, lens: &[DVec3], [film, sharp
         vec![Shape::line(ends[0], ends[1], broken(theme.quiet, theme::THIN, theme::DASHED))],
     );
     canvas.avoid(ends[0], ends[1], theme::THIN, Weight::Light);
-    for (words, p, hue) in [("sharp point", sharp, theme.focus), ("unsharp point", unsharp, theme.depth)] {
+    for (words, p, hue, aside) in [
+        ("sharp point", sharp, theme.focus, [0.3, 0.95]),
+        ("unsharp|point", unsharp, theme.depth, [0.95, 0.3]),
+    ] {
         let at = page(canvas, p);
         let fill = Fill::Flat { color: hue.line, opacity: 1.0 };
         canvas.part("point", vec![Shape::circle(at, 0.9, Some(fill), None)]);
         canvas.avoid_disk(at, 1.1);
-        canvas.label(Label::new(words, hue.word, vec![at]).toward([0.3, 0.95]));
+        canvas.label(Label::new(words, hue.word, vec![at]).toward(aside));
     }
 }
 
@@ -166,7 +169,8 @@ fn pictures(
     let most =
         lens.iter().map(|&s| (height(scene, s, points[1]) - sharp).abs()).fold(0.0, f64::max).max(1e-9);
     let middle = 0.5 * (left + right);
-    let per = 0.42 * (right - left) / most;
+    // Room for the name of the sum at the left.
+    let per = 0.31 * (right - left) / most;
     let rows = lens.len() as f64 + 1.0;
     let row = (bottom - top) / (rows + 0.6);
     let mut items: Vec<Item> = Vec::new();

@@ -2,8 +2,10 @@
 //! lens planes meet; the film-parallel and front focal planes meet; the focus plane holds both lines.
 
 use super::file::Input;
+use super::hinge;
 use super::stage::{self, Stage};
 use crate::diagram::Figure;
+use crate::diagram::canvas::Canvas;
 use crate::diagram::extent;
 use crate::diagram::parts::Scene;
 use crate::diagram::rays;
@@ -12,16 +14,7 @@ use crate::error::Result;
 /// What each step shows.
 const STEPS: [&[&str]; 3] = [
     &["bellows", "caption", "label", "lens-board", "scheimpflug-line"],
-    &[
-        "axis",
-        "bellows",
-        "dimension",
-        "film-parallel",
-        "front-focal-plane",
-        "hinge-line",
-        "label",
-        "lens-board",
-    ],
+    &["axis", "bellows", "film-parallel", "front-focal-plane", "hinge-line", "label", "lens-board"],
     &[
         "axis",
         "bellows",
@@ -40,7 +33,10 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let stage = Stage::read(input, |width| if width < 120.0 { 2.4 * width } else { 0.62 * width }, STEPS[0])?;
     let whole = stage.scene();
     let optics = whole.optics;
-    let bounds = stage::around(&whole, &stage::rule_points(&whole))?;
+    let mut points = stage::rule_points(&whole);
+    // To the front focal plane, also where nothing else is near.
+    points.push(whole.section.project(optics.axis()).map(|x| 1.2 * optics.focal_length() * x));
+    let bounds = stage::around(&whole, &points)?;
     let is_parallel = optics.hinge_distance().is_none();
     let sentences = if is_parallel {
         vec![
@@ -67,13 +63,19 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let (mut sheet, frame) = stage::begin(&stage, &sentences)?;
     let frames = stage::split(frame, STEPS.len(), stage.page.size[0] < 120.0);
     for (i, (shown, box_of_step)) in STEPS.iter().zip(frames).enumerate() {
-        let hidden = stage::without(shown, &[]);
+        let hidden = stage::without(shown, &stage.hide);
         let mut scene = Scene { hidden: &hidden, ..stage.scene() };
         let panel = extent::fit(bounds, box_of_step, 4.0);
         scene.bundles = rays::bundles(&scene, &panel);
         let name = ["step-1", "step-2", "step-3"][i];
-        sheet.push(stage::panel(&scene, panel, name, |_, _| {})?);
-        sheet.strip(&panel, &format!("{}", i + 1), false)?;
+        let is_wide = panel.width() > 45.0;
+        let marks = |scene: &Scene, canvas: &mut Canvas| match i {
+            1 if is_wide => hinge::measures(scene, canvas),
+            1 => hinge::lengths(scene, canvas),
+            _ => {}
+        };
+        sheet.push(stage::panel(&scene, panel, name, marks)?);
+        sheet.strip(&panel, &format!("step {}", i + 1), false)?;
     }
     stage::end(&stage, sheet, frame, "Both rules", &sentences)
 }

@@ -8,6 +8,7 @@ use crate::diagram::Figure;
 use crate::diagram::canvas::{Canvas, Label};
 use crate::diagram::contour;
 use crate::diagram::display_list::{Fill, Geometry, Point, Segment, Shape, Stroke};
+use crate::diagram::marks::far;
 use crate::diagram::parts::Scene;
 use crate::diagram::place::Weight;
 use crate::diagram::theme::{self, solid};
@@ -68,7 +69,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     stage::single(&stage, scene, bounds, "The exact blur and the wedge", &sentences, |scene, canvas| {
         for &level in &keys.circles {
             let words = if level == 1.0 { "*c*".to_owned() } else { format!("{} *c*", short(level)) };
-            lines(scene, canvas, level, circle, &words);
+            lines(scene, canvas, (level, circle), &words, (theme::MEDIUM, 0.87));
         }
         differences(scene, canvas, circle);
     })
@@ -81,8 +82,15 @@ fn point(scene: &Scene, canvas: &Canvas, p: Point) -> DVec3 {
     scene.section.u * x + scene.section.v * y
 }
 
-/// Contours along which the exact blur is so many circles of confusion.
-pub(crate) fn lines(scene: &Scene, canvas: &mut Canvas, level: f64, circle: f64, words: &str) {
+/// Contours along which the exact blur is so many circles of confusion, so wide; their name best stands at a share of the way
+/// along the last piece of one.
+pub(crate) fn lines(
+    scene: &Scene,
+    canvas: &mut Canvas,
+    (level, circle): (f64, f64),
+    words: &str,
+    (width, share): (f64, f64),
+) {
     let excess = |p: Point| {
         let blur = scene.optics.blur_of(point(scene, canvas, p))?;
         Some(blur.largest / (level * circle) - 1.0)
@@ -98,7 +106,7 @@ pub(crate) fn lines(scene: &Scene, canvas: &mut Canvas, level: f64, circle: f64,
             path.push(if i == 0 { Segment::Move(p) } else { Segment::Line(p) });
         }
         for pair in chain.windows(2) {
-            canvas.avoid(pair[0], pair[1], theme::MEDIUM, Weight::Light);
+            canvas.avoid(pair[0], pair[1], width, Weight::Light);
         }
         // Where labels may hang: at the right, where the contours are apart.
         let mut ends: Vec<Point> = chain.iter().copied().step_by(5).collect();
@@ -107,12 +115,32 @@ pub(crate) fn lines(scene: &Scene, canvas: &mut Canvas, level: f64, circle: f64,
     }
     anchors.sort_by(|p, q| q[0].total_cmp(&p[0]));
     canvas.data = vec![("data-blur", exact(level * circle))];
-    let stroke = Stroke { round: true, ..solid(scene.theme.lens.line, theme::MEDIUM) };
+    let stroke = Stroke { round: true, ..solid(scene.theme.lens.line, width) };
     let shape = Shape { geometry: Geometry::Path(path), fill: None, stroke: Some(stroke) };
     canvas.part("blur-contour", vec![shape]);
     canvas.data.clear();
-    canvas.label(Label::new(words, scene.theme.lens.word, anchors));
+    let label = Label::new(words, scene.theme.lens.word, anchors).toward([0.0, 1.0]);
+    // Along the lowest end at the right.
+    let ends = chains.iter().flat_map(|chain| end_pieces(chain));
+    let end = ends.max_by(|(_, p), (_, q)| (p[0] + p[1]).total_cmp(&(q[0] + q[1])));
+    canvas.label(match end {
+        Some(piece) => label.beside(piece, share),
+        None => label,
+    });
 }
+
+/// The last 45 mm of a chain at either end, which are as good as straight.
+fn end_pieces(chain: &[Point]) -> Vec<(Point, Point)> {
+    let piece = |way: &mut dyn Iterator<Item = &Point>| {
+        let end = *way.next()?;
+        let start = way.take_while(|p| far(**p, end) <= 45.0).last()?;
+        (far(*start, end) > 5.0).then_some((*start, end))
+    };
+    [piece(&mut chain.iter()), piece(&mut chain.iter().rev())].into_iter().flatten().collect()
+}
+
+/// Where along a plane's trace the difference is told: the far end is left to the names.
+const SHARES: [f64; 3] = [0.3, 0.5, 0.7];
 
 /// On the near and far planes, how much more than a circle the blur is.
 fn differences(scene: &Scene, canvas: &mut Canvas, circle: f64) {
@@ -122,7 +150,7 @@ fn differences(scene: &Scene, canvas: &mut Canvas, circle: f64) {
         let Some(line) = canvas.panel.line(scene.section.trace(plane.normalized())) else { continue };
         let reach = 2.0 * canvas.panel.reach();
         let Some((t0, t1)) = canvas.panel.clip(&line, -reach, reach) else { continue };
-        for share in [0.3, 0.55, 0.8] {
+        for share in SHARES {
             // From the end nearer to the lens outward.
             let (from, to) = if line.point(t0)[0] < line.point(t1)[0] { (t0, t1) } else { (t1, t0) };
             let p = line.point(from + share * (to - from));

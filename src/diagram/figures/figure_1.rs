@@ -5,13 +5,16 @@
 use super::file::{Input, Subject};
 use super::stage;
 use crate::diagram::Figure;
+use crate::diagram::canvas::{Canvas, Label};
 use crate::diagram::extent::{self, Extent};
 use crate::diagram::facts;
+use crate::diagram::lines::{NEAR_LENS, distance};
 use crate::diagram::parts::{self, Role, Scene};
 use crate::diagram::rays;
-use crate::diagram::section::Section;
+use crate::diagram::section::{Pierce, Section};
 use crate::diagram::sheet::{MARGIN, STRIP, Sheet};
 use crate::error::{Error, Result};
+use glam::DVec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeSet;
@@ -65,7 +68,10 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         let panel = extent::fit(bounds.unwrap_or([0.0, 0.0, 1.0, 1.0]), frame, 3.0);
         scene.bundles = rays::bundles(scene, &panel);
         let name = NAMES.get(i).copied().unwrap_or("panel");
-        sheet.push(parts::panel(scene, panel, Role::Main, name, None)?);
+        let mut canvas = Canvas::new(panel, scene.theme);
+        parts::draw(scene, &mut canvas, Role::Main);
+        names(scene, &mut canvas);
+        sheet.push(parts::close(scene, canvas, name)?);
         let moved = facts::moved(scene.optics.camera(), ["lens", "film"]);
         let said = if moved.is_empty() { "nothing tilted".to_owned() } else { moved.join(", ") };
         sheet.strip(&panel, &format!("({name}) {said}"), false)?;
@@ -74,4 +80,30 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     }
     let description = crate::diagram::sheet::plain(&description.join(" "));
     sheet.finish("Three ways to place the focus plane", description)
+}
+
+/// Names for the camera's parts, from afar: it is small here, and no other panel shows it larger.
+fn names(scene: &Scene, canvas: &mut Canvas) {
+    let (optics, theme, panel) = (scene.optics, scene.theme, canvas.panel);
+    let lines = [
+        ("Scheimpflug line", optics.scheimpflug_line(), theme.lens, [-0.8, 0.6]),
+        ("hinge line", optics.hinge_line(), theme.hinge, [0.6, 0.8]),
+    ];
+    for (words, line, hue, toward) in lines {
+        if let Pierce::At(p) = scene.section.pierce(line)
+            && panel.holds(panel.page(p), 0.0)
+            && distance(panel.page(p), panel.origin) <= NEAR_LENS
+        {
+            canvas.label(Label::new(words, hue.word, vec![panel.page(p)]).toward(toward).optional());
+        }
+    }
+    let page = |p| panel.page(scene.section.project(p));
+    let top = |ends: [DVec3; 2]| ends.map(page).into_iter().min_by(|p, q| p[1].total_cmp(&q[1]));
+    let lens = [1.0, -1.0].map(|side| scene.lens * (side * optics.aperture_radius()));
+    for (words, at, color, toward) in [
+        ("film", scene.film.and_then(top), theme.ink, [-0.7, -0.7]),
+        ("lens", top(lens), theme.lens.word, [0.7, -0.7]),
+    ] {
+        canvas.label(Label::new(words, color, Vec::from_iter(at)).toward(toward).optional());
+    }
 }

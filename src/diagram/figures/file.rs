@@ -9,13 +9,15 @@ use crate::error::{Error, Place, Result, Warning};
 use crate::optics::Optics;
 use crate::sampling::ApertureShape;
 use crate::scene::{
-    Document, Files, RenderTable, SIZE_LIMIT, SceneDescription, SceneFile, SceneTables, SkyTable, Source,
-    check_shape,
+    AssetLoader, Document, Files, RenderTable, SIZE_LIMIT, SceneDescription, SceneFile, SceneTables,
+    SkyTable, Source, check_shape,
 };
 use glam::DVec3;
 use serde::de::DeserializeOwned;
 use std::cell::RefCell;
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 /// What replaces values of a figure file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -97,12 +99,19 @@ impl FigureFile {
     /// [`Invalid`](crate::error::ErrorKind::Invalid) and [`NoSolution`](crate::error::ErrorKind::NoSolution) with
     /// file, line and key when values exclude each other, a named file is missing or wrong, or the camera cannot exist.
     pub fn draw(&self, source: &dyn Source, folder: &Path, changes: Changes) -> Result<Figure> {
-        let input =
-            Input { document: &self.document, source, folder, changes, warnings: RefCell::new(Vec::new()) };
+        let input = Input {
+            document: &self.document,
+            source,
+            folder,
+            changes,
+            warnings: RefCell::default(),
+            loaders: RefCell::default(),
+        };
         let mut figure = (self.kind.draw)(&input).map_err(|error| input.placed(error))?;
         for part in crate::diagram::beyond(&figure.list.items) {
             input.warn(match part {
                 "some-points" => "some of the points lie off the page".to_owned(),
+                "some-of-front" => "some of the front lies off the film".to_owned(),
                 part => format!("the {} lies off the page", part.replace('-', " ")),
             });
         }
@@ -134,6 +143,8 @@ pub(crate) struct Input<'a> {
     pub(crate) folder: &'a Path,
     pub(crate) changes: Changes,
     warnings: RefCell<Vec<Warning>>,
+    /// A loader for each folder of scenes: what several scenes of a figure name is read once.
+    loaders: RefCell<BTreeMap<PathBuf, AssetLoader<'a>>>,
 }
 
 /// The page of a figure, settled.
@@ -265,11 +276,15 @@ impl Input<'_> {
         if !wanted || description.meshes.is_empty() {
             return Ok(Subject { optics, circle, aperture, triangles: Vec::new() });
         }
-        let scene = description.load(self.source, folder, None)?;
-        self.warnings.borrow_mut().extend(scene.warnings.iter().cloned());
-        let surfaces = &scene.surfaces;
+        let mut loaders = self.loaders.borrow_mut();
+        let loader = loaders
+            .entry(folder.to_path_buf())
+            .or_insert_with(|| AssetLoader::new(self.source, folder).shapes_only());
+        let said = loader.warnings().len();
+        let surfaces = description.shapes(loader)?;
+        self.warnings.borrow_mut().extend(loader.warnings().iter().skip(said).cloned());
         let triangles = (0..surfaces.triangles.len()).map(|t| surfaces.corners(t)).collect();
-        Ok(Subject { optics: scene.optics, circle, aperture, triangles })
+        Ok(Subject { optics, circle, aperture, triangles })
     }
 
     /// The bytes of a file that the key names, and its path.
@@ -291,10 +306,33 @@ impl Input<'_> {
                 let place = self.document.place(key);
                 replaced(error, place)
             }
-            (None, None) => error.in_file(self.document.name()),
+            (None, None) => match unwritable(self.document.text(), error.message()) {
+                Some(at) => replaced(error, self.document.place_of_range(at, None)),
+                None => error.in_file(self.document.name()),
+            },
             _ => error,
         }
     }
+}
+
+/// Where in quotes the letter stands that an error says the font has no glyph for.
+fn unwritable(text: &str, message: &str) -> Option<Range<usize>> {
+    let (_, named) = message.split_once("no glyph for `")?;
+    let mut quote = None;
+    let mut is_comment = false;
+    for (at, letter) in text.char_indices() {
+        match (quote, letter) {
+            (_, '\n') => is_comment = false,
+            (None, '#') => is_comment = true,
+            (None, '"' | '\'') if !is_comment => quote = Some(letter),
+            (Some(open), _) if letter == open => quote = None,
+            (Some(_), _) if !letter.is_ascii() && named.starts_with(&letter.escape_default().to_string()) => {
+                return Some(at..at + letter.len_utf8());
+            }
+            _ => {}
+        }
+    }
+    None
 }
 
 /// The error with another place.

@@ -71,7 +71,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     };
     let sentences = [rule, stage::camera_sentence(&scene)];
     stage::single(&stage, scene, bounds, "Focusing", &sentences, |scene, canvas| {
-        let hidden = stage::without(&["focus-plane"], &[]);
+        let hidden = stage::without(&["focus-plane"], &stage.hide);
         for (optics, &extension) in all.iter().zip(&extensions) {
             let one = Scene { hidden: &hidden, ..stage.scene_of(optics) };
             let is_own = extension == own.extension.as_millimetres();

@@ -8,7 +8,7 @@ use super::heat_map_grid::{self, Grid, Map};
 use super::heat_map_keys::{AxisKeys, Keys};
 use super::plot_axis::{Axis, Range, Scale, Tick};
 use crate::diagram::Figure;
-use crate::diagram::display_list::{Color, Fill, Group, Item, Shape};
+use crate::diagram::display_list::{Color, Fill, Geometry, Group, Item, Recoloring, Segment, Shape};
 use crate::diagram::lettering;
 use crate::diagram::panel::Panel;
 use crate::diagram::sheet::{MARGIN, Sheet, plain};
@@ -63,7 +63,14 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let title = |axis: &AxisKeys| axis.title.as_deref().map_or(axis.column.clone(), plain);
     let value = keys.value.as_deref().map_or("values".to_owned(), plain);
     let name = format!("{value} over {} and {}", title(&keys.x), title(&keys.y));
-    sheet.finish(&name, describe(&keys, &grid, &name))
+    let mut figure = sheet.finish(&name, describe(&keys, &grid, &name))?;
+    // On dark pages the scale runs from their paper.
+    if let Recoloring::Dark(pairs) = &mut figure.list.recoloring {
+        pairs.extend(colors.bands.into_iter().zip(Colors::new(&Theme::DARK, keys.bands.len() + 1).bands));
+        pairs.sort_unstable();
+        pairs.dedup();
+    }
+    Ok(figure)
 }
 
 /// The maps' frames: as wide as one another, with room for labels at the left and below.
@@ -114,37 +121,50 @@ impl Colors {
         Self { bands, nothing: theme.focus.line }
     }
 
-    fn of(&self, bands: &[f64], value: Option<f64>) -> Color {
+    /// The band of a value, counted from 0; after the last one, nothing.
+    fn rank(&self, bands: &[f64], value: Option<f64>) -> usize {
         let band = |value: f64| bands.iter().take_while(|&&end| value >= end).count();
-        value.filter(|v| !v.is_nan()).and_then(|v| self.bands.get(band(v))).copied().unwrap_or(self.nothing)
+        value.filter(|v| !v.is_nan()).map_or(self.bands.len(), band)
     }
 }
 
-/// The cells. Each run of one colour reaches on to the right and to the bottom, and what follows is painted over it: so
-/// no paper shows between neighbours, whatever draws the edges.
+/// The cells: the whole in the first colour, over it in one path the cells of the second colour and of all that follow, and so
+/// on. Edges of one path leave no seam between neighbours, and no paper shows, whatever draws them.
 fn cells(
     grid: &Grid,
     map: &Map,
     bands: &[f64],
     colors: &Colors,
     [x, y]: [&Axis; 2],
-    frame: [f64; 4],
+    [left, top, right, bottom]: [f64; 4],
 ) -> Vec<Item> {
-    let [_, _, right, bottom] = frame;
-    let mut items = Vec::new();
-    for (row, ends) in map.iter().zip(grid.y.borders.windows(2)).rev() {
-        let top = y.page(ends[1]);
-        let mut last = None;
-        for (value, ends) in row.iter().zip(grid.x.borders.windows(2)) {
-            let color = colors.of(bands, *value);
-            if last == Some(color) {
-                continue;
+    let all: Vec<Color> = colors.bands.iter().copied().chain([colors.nothing]).collect();
+    let whole = [[left, top], [right, top], [right, bottom], [left, bottom]];
+    let first = all.first().map(|&color| Fill::Flat { color, opacity: 1.0 });
+    let mut items = vec![Item::Shape(Shape::polyline(&whole, true, first, None))];
+    for (rank, &color) in all.iter().enumerate().skip(1) {
+        let mut path = Vec::new();
+        for (row, ends) in map.iter().zip(grid.y.borders.windows(2)) {
+            let [low, high] = [ends[0], ends[1]].map(|border| y.page(border));
+            let mut from = None;
+            let past = row.iter().map(|&value| colors.rank(bands, value) >= rank).chain([false]);
+            for (painted, &border) in past.zip(&grid.x.borders) {
+                match (from, painted) {
+                    (None, true) => from = Some(x.page(border)),
+                    (Some(begin), false) => {
+                        let end = x.page(border);
+                        path.push(Segment::Move([begin, high]));
+                        path.extend([[end, high], [end, low], [begin, low]].map(Segment::Line));
+                        path.push(Segment::Close);
+                        from = None;
+                    }
+                    _ => {}
+                }
             }
-            last = Some(color);
-            let left = x.page(ends[0]);
-            let corners = [[left, top], [right, top], [right, bottom], [left, bottom]];
+        }
+        if !path.is_empty() {
             let fill = Some(Fill::Flat { color, opacity: 1.0 });
-            items.push(Item::Shape(Shape::polyline(&corners, true, fill, None)));
+            items.push(Item::Shape(Shape { geometry: Geometry::Path(path), fill, stroke: None }));
         }
     }
     items
@@ -252,9 +272,15 @@ fn legend(keys: &Keys, colors: &Colors, frames: &[[f64; 4]], sheet: &mut Sheet) 
         items.push(sample(left, left + step, color));
     }
     let mut end = f64::NEG_INFINITY;
+    // Written all alike.
+    let (low, high) = (keys.bands.first().copied(), keys.bands.last().copied());
+    let range = Range { scale: Scale::Log, low: low.unwrap_or(1.0), high: high.unwrap_or(1.0) };
+    let written = range.ticks(1.0, &keys.bands);
     for (i, &band) in keys.bands.iter().enumerate() {
-        let label = Range { scale: Scale::Log, low: band, high: band }.ticks(1.0, &[band]);
-        let text = label.first().map_or_else(|| short(band), |tick| tick.label.clone());
+        let text = written
+            .iter()
+            .find(|tick| tick.value == band)
+            .map_or_else(|| short(band), |tick| tick.label.clone());
         let runs = lettering::runs(&text);
         let half = 0.5 * lettering::width(&runs)? * theme::LETTER;
         let at = from + (i + 1) as f64 * step;

@@ -5,6 +5,7 @@ use super::file::Input;
 use super::stage::{self, Stage};
 use crate::diagram::Figure;
 use crate::diagram::canvas::Canvas;
+use crate::diagram::display_list::Point;
 use crate::diagram::marks;
 use crate::diagram::parts::Scene;
 use crate::diagram::section::Pierce;
@@ -55,34 +56,46 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
 }
 
 /// J along the film-parallel plane, f square to the front focal plane, and the angle between the two planes.
-fn measures(scene: &Scene, canvas: &mut Canvas) {
+pub(crate) fn measures(scene: &Scene, canvas: &mut Canvas) {
+    lengths(scene, canvas);
+    let (Some(hinge), true) = (hinge_on(scene, canvas), scene.section.holds(scene.optics.axis())) else {
+        return;
+    };
+    let optics = scene.optics;
+    let lens = canvas.panel.page([0.0, 0.0]);
+    let focus = stage::page_of(scene, &canvas.panel, optics.axis() * optics.focal_length());
+    let between = libm::acos(optics.axis().dot(-optics.film_normal()).clamp(-1.0, 1.0)).to_degrees();
+    let radius = 0.4 * marks::far(hinge, lens).min(60.0);
+    let (from, to) = (marks::toward(hinge, lens), marks::toward(hinge, focus));
+    marks::angle(canvas, hinge, from, to, radius, &format!("θ = {}°", short(between)), scene.theme.ink);
+}
+
+/// Where the section cuts the hinge line, on the page.
+fn hinge_on(scene: &Scene, canvas: &Canvas) -> Option<Point> {
+    match scene.section.pierce(scene.optics.hinge_line()) {
+        Pierce::At(p) => Some(canvas.panel.page(p)),
+        _ => None,
+    }
+}
+
+/// J and f.
+pub(crate) fn lengths(scene: &Scene, canvas: &mut Canvas) {
     let optics = scene.optics;
     let theme = scene.theme;
+    if !scene.section.holds(optics.axis()) {
+        return;
+    }
     let lens = canvas.panel.page([0.0, 0.0]);
     let a = stage::page_way(scene, optics.axis());
-    let holds_axis = scene.section.holds(optics.axis());
     let focus = stage::page_of(scene, &canvas.panel, optics.axis() * optics.focal_length());
-    if holds_axis {
-        let hinge_side = match scene.section.pierce(optics.hinge_line()) {
-            Pierce::At(p) => canvas.panel.page(p),
-            _ => lens,
-        };
-        // f on the side of the axis where the hinge is not.
-        let left = a[0] * (hinge_side[1] - lens[1]) - a[1] * (hinge_side[0] - lens[0]) >= 0.0;
-        let off = 0.62 * crate::diagram::parts::camera_height(scene) * canvas.panel.scale + 2.5;
-        marks::dimension(canvas, lens, focus, if left { off } else { -off }, "*f*", theme.quiet);
-        marks::right_angle(canvas, focus, a.map(|x| -x), [-a[1], a[0]], theme.quiet);
-    }
-    let Pierce::At(p) = scene.section.pierce(optics.hinge_line()) else { return };
-    let hinge = canvas.panel.page(p);
-    let to_lens = marks::toward(hinge, lens);
-    let to_focus = marks::toward(hinge, focus);
-    let between = libm::acos(optics.axis().dot(-optics.film_normal()).clamp(-1.0, 1.0)).to_degrees();
-    if holds_axis {
-        let radius = 0.4 * marks::far(hinge, lens).min(60.0);
-        let words = format!("θ = {}°", short(between));
-        marks::angle(canvas, hinge, to_lens, to_focus, radius, &words, theme.ink);
-        let away = if a[0] * (hinge[1] - lens[1]) - a[1] * (hinge[0] - lens[0]) >= 0.0 { 3.5 } else { -3.5 };
-        marks::dimension(canvas, lens, hinge, -away, "*J*", theme.hinge.word);
+    let hinge = hinge_on(scene, canvas);
+    let side = hinge.unwrap_or(lens);
+    // f on the side of the axis where the hinge is not.
+    let left = a[0] * (side[1] - lens[1]) - a[1] * (side[0] - lens[0]) >= 0.0;
+    let off = 0.62 * crate::diagram::parts::camera_height(scene) * canvas.panel.scale + 2.5;
+    marks::dimension(canvas, lens, focus, if left { off } else { -off }, "*f*", theme.quiet);
+    marks::right_angle(canvas, focus, a.map(|x| -x), [-a[1], a[0]], theme.quiet);
+    if let Some(hinge) = hinge {
+        marks::dimension(canvas, lens, hinge, if left { -3.5 } else { 3.5 }, "*J*", theme.hinge.word);
     }
 }

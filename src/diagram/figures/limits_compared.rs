@@ -8,7 +8,7 @@ use crate::diagram::Figure;
 use crate::diagram::canvas::{Canvas, Label};
 use crate::diagram::parts::Scene;
 use crate::diagram::place::Weight;
-use crate::diagram::planes::{Style, along, trace};
+use crate::diagram::planes::{Style, along, stub, trace};
 use crate::diagram::theme::{self, broken, solid};
 use crate::diagram::words::{length, short};
 use crate::error::{Error, Result};
@@ -40,7 +40,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     stage::single(&stage, scene, bounds, "Limits of sharpness compared", &sentences, |scene, canvas| {
         let theme = scene.theme;
         let optics = scene.optics;
-        let wedge = solid(theme.depth.line, theme::MEDIUM);
+        let wedge = solid(theme.depth.line, 0.7);
         let merklinger = broken(theme.hinge.line, theme::MEDIUM, theme::DASHED);
         let untilted = broken(theme.quiet, theme::MEDIUM, theme::AXIS);
         let all = [
@@ -64,7 +64,8 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             let Some(limits) = limits else { continue };
             both(scene, canvas, limits, parts, name, (stroke, color));
         }
-        exact_blur::lines(scene, canvas, 1.0, circle, "exact");
+        // Fine, over the wedge's broad lines: both are seen also where they are as good as one.
+        exact_blur::lines(scene, canvas, (1.0, circle), "exact", (theme::THIN, 0.25));
     })
 }
 
@@ -82,8 +83,8 @@ fn both(
         let style = Style {
             front: stroke,
             split: Some(scene.section.trace(scene.optics.front_focal_plane())),
-            behind_at_most: 2.0,
-            weight: Weight::Light,
+            behind_at_most: stub(scene, plane, 2.0),
+            weight: if stroke.width < theme::HEAVY { Weight::Light } else { Weight::Heavy },
         };
         if let Some((a, b)) = trace(&shown, canvas, part, plane, style, None) {
             let mut anchors = vec![[a[0] + 0.95 * (b[0] - a[0]), a[1] + 0.95 * (b[1] - a[1])]];

@@ -51,6 +51,8 @@ pub struct Kind {
     pub line: &'static str,
     /// A commented figure file of this kind, which `groundglass diagram --new` writes.
     pub starter: &'static str,
+    /// The key of that file that names files which nobody but its reader has.
+    pub needs: Option<&'static str>,
     /// The schemas of the structs that hold its keys.
     keys: &'static [fn() -> Value],
     draw: fn(&Input) -> Result<Figure>,
@@ -62,6 +64,7 @@ macro_rules! kind {
             name: $name,
             line: $line,
             starter: include_str!(concat!("../../../diagrams/", $name, ".toml")),
+            needs: None,
             keys: &[schema_of::<keys::PageKeys>, $(schema_of::<$keys>),*],
             draw: $draw,
         }
@@ -130,12 +133,15 @@ pub const KINDS: &[Kind] = &[
         movements::draw,
         [keys::CameraKeys, movements::Keys]
     ),
-    kind!(
-        "figure-1",
-        "the three panels of the 2004 paper: nothing, the lens, the film tilted",
-        figure_1::draw,
-        [figure_1::Keys]
-    ),
+    Kind {
+        needs: Some("scenes"),
+        ..kind!(
+            "figure-1",
+            "the three panels of the 2004 paper: nothing, the lens, the film tilted",
+            figure_1::draw,
+            [figure_1::Keys]
+        )
+    },
     kind!(
         "accumulation",
         "one picture for each lens point, and what they add up to at the film",
@@ -166,19 +172,25 @@ pub const KINDS: &[Kind] = &[
         solve::draw,
         [keys::CameraKeys, stage::SectionKeys, solve::Keys]
     ),
-    kind!(
-        "view-pair",
-        "a rendered picture with its diagram beside it, the sharp line marked in both",
-        view_pair::draw,
-        [keys::CameraKeys, stage::SectionKeys, view_pair::Keys]
-    ),
+    Kind {
+        needs: Some("picture"),
+        ..kind!(
+            "view-pair",
+            "a rendered picture with its diagram beside it, the sharp line marked in both",
+            view_pair::draw,
+            [keys::CameraKeys, stage::SectionKeys, view_pair::Keys]
+        )
+    },
     kind!("plot", "a chart of numbers from CSV or JSON, with error bars", plot::draw, [plot_keys::Keys]),
-    kind!(
-        "heat-map",
-        "maps of a number over two axes, side by side, from CSV or JSON",
-        heat_map::draw,
-        [heat_map_keys::Keys]
-    ),
+    Kind {
+        needs: Some("data"),
+        ..kind!(
+            "heat-map",
+            "maps of a number over two axes, side by side, from CSV or JSON",
+            heat_map::draw,
+            [heat_map_keys::Keys]
+        )
+    },
 ];
 
 impl Kind {

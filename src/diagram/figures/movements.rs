@@ -71,7 +71,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let footnote = |scale: f64| {
         let all = ratio(1000.0 / scale);
         format!(
-            "Side views for rise and tilt, top views (the camera's left is up) for shift and swing; all {all}."
+            "Front: the lens; rear: the film. Side views for rise and tilt, top views (the camera's left is up) for shift and swing; all {all}."
         )
     };
     // The longest that a scale can be.
@@ -120,7 +120,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
                 let color_item = sheet.caption("caption", lettering::runs(line), at, theme::LETTER)?;
                 sheet.items.push(color_item);
             }
-            said.push(format!("{standard} {name}: {sense}"));
+            said.push(format!("{standard} {name} {amount}, {sense}"));
         }
     }
     let foot = footnote(scale);

@@ -136,6 +136,11 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         let frame = [left, split, right, bottom - STRIP];
         let group = picture(optics, &front, frame, &page.theme);
         sheet.items.push(Item::Group(group));
+        let corners =
+            [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(u, v)| seen(optics, &front, u, v));
+        if !corners.iter().all(|p| p.is_some_and(|p| p.iter().all(|x| x.abs() <= 1.0))) {
+            sheet.push(Group::off_page("some-of-front", "beyond"));
+        }
         let words = if edges[i] < 0.005 {
             "on the film: parallel".to_owned()
         } else {

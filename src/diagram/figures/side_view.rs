@@ -48,6 +48,10 @@ pub(crate) struct Keys {
     /// A panel beside, to its own scale, that shows the camera itself: `auto` where it is too small to be read.
     #[schemars(extend("enum" = ["auto", "always", "never"]), example = &"auto")]
     inset: String,
+    /// The only parts drawn of those that can be left out, by name; `label`, `caption` and `scale` are such parts too. All of
+    /// them unless given.
+    #[schemars(schema_with = "keys::part_names")]
+    show: Option<Vec<String>>,
     /// Parts left out, by name.
     #[schemars(schema_with = "keys::part_names")]
     hide: Vec<String>,
@@ -55,14 +59,15 @@ pub(crate) struct Keys {
 
 impl Default for Keys {
     fn default() -> Self {
-        Self { section: "auto".into(), inset: "auto".into(), hide: Vec::new() }
+        Self { section: "auto".into(), inset: "auto".into(), show: None, hide: Vec::new() }
     }
 }
 
 /// Draws the figure that a file describes.
 pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let (page, keys) = (input.page(height)?, input.keys::<Keys>()?);
-    let shows_subject = !keys.hide.iter().any(|part| part == "subject");
+    let names = |parts: &Vec<String>| parts.iter().any(|part| part == "subject");
+    let shows_subject = keys.show.as_ref().is_none_or(names) && !names(&keys.hide);
     let subject = input.camera(shows_subject)?;
     let mut view = SideView::new(&subject.optics)
         .circle_of_confusion(subject.circle)
@@ -77,6 +82,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             "never" => Inset::Never,
             _ => Inset::Auto,
         }))
+        .show(keys.show.as_deref().unwrap_or(&PARTS.map(str::to_owned)))
         .hide(&keys.hide)
         .page(page.size[0], page.size[1])
         .background(page.background)
@@ -208,6 +214,15 @@ impl<'a> SideView<'a> {
         Self { theme, ..self }
     }
 
+    /// Draws only these of the parts that can be left out, by name; [`PARTS`] lists those, and all are drawn unless this is
+    /// called.
+    #[must_use]
+    pub fn show<S: AsRef<str>>(mut self, parts: &[S]) -> Self {
+        let wanted = |name: &&&str| parts.iter().any(|part| part.as_ref() == **name);
+        self.hidden = PARTS.iter().filter(|name| !wanted(name)).map(|name| (*name).to_owned()).collect();
+        self
+    }
+
     /// Leaves out parts by name; [`PARTS`] lists those that can be. Other names change nothing.
     #[must_use]
     pub fn hide<S: AsRef<str>>(mut self, parts: &[S]) -> Self {
@@ -224,6 +239,7 @@ impl<'a> SideView<'a> {
     pub fn figure(&self) -> Result<Figure> {
         let mut sheet = Sheet::new(self.page, [60.0, 40.0], &self.theme)?;
         sheet.background = self.background;
+        sheet.with_scale = !self.hidden.contains("scale");
         let [width, height] = self.page;
         if !(self.circle > 0.0 && self.circle.is_finite()) {
             return Err(Error::invalid("the circle of confusion must be positive")

@@ -69,13 +69,13 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         None => None,
     };
     if let Some((_, stopped, nearest)) = &failing {
+        let why = stopped.message.replace("(J < f)", "(*J* < *f*)");
         let sentence = match nearest {
             Some((_, miss)) => format!(
-                "{second}, a plane that cannot be had: {}. The nearest parallel plane that can lies {} beside it.",
-                stopped.message,
+                "{second}, a plane that cannot be had: {why}. The nearest parallel plane that can lies {} beside it.",
                 length(*miss)
             ),
-            None => format!("{second}, a plane that cannot be had: {}.", stopped.message),
+            None => format!("{second}, a plane that cannot be had: {why}."),
         };
         sentences.push(sentence);
     }
@@ -91,7 +91,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         // The camera before any movement: that of the nearest plane is bent beyond drawing.
         let level = Standard { tilt: Angle::ZERO, swing: Angle::ZERO, ..camera.front };
         let before = Optics::new(&Camera { front: level, ..*camera })?;
-        let hidden = stage::without(&["bellows", "film-parallel", "label", "lens-board"], &[]);
+        let hidden = stage::without(&["bellows", "film-parallel", "label", "lens-board"], &stage.hide);
         let wanted = before.world_from_lens().plane_inverse(*wanted).normalized();
         let mut scene = Scene { hidden: &hidden, ..stage.scene_of(&before) };
         if stage.section == Section::Auto {

@@ -48,6 +48,8 @@ pub(crate) struct Stage {
     pub(crate) section: Section,
     /// What the kind and the file leave out.
     pub(crate) hidden: BTreeSet<String>,
+    /// What the file leaves out.
+    pub(crate) hide: Vec<String>,
 }
 
 impl Stage {
@@ -65,7 +67,7 @@ impl Stage {
             "top" => Section::Top,
             _ => Section::Auto,
         });
-        Ok(Self { page, subject, section, hidden })
+        Ok(Self { page, subject, section, hidden, hide: keys.hide })
     }
 
     /// The scene of the file's own camera.
@@ -149,7 +151,8 @@ pub(crate) fn rule_points(scene: &Scene) -> Vec<[f64; 2]> {
     near.chain(on_axis(scene, optics.focus_plane(), most)).collect()
 }
 
-/// The box in which limits of sharpness are seen: the camera, the hinge line, and half as far again as the focus.
+/// The box in which limits of sharpness are seen: the camera, the hinge line, and half as far again as the focus, or as the near
+/// limit of a focus that is far.
 ///
 /// # Errors
 /// Those of [`around`].
@@ -157,7 +160,10 @@ pub(crate) fn around_limits(scene: &Scene) -> Result<Bounds> {
     let optics = scene.optics;
     let most = 120.0 * optics.focal_length();
     let mut points = Vec::from_iter(near_point(scene, optics.hinge_line(), most));
-    points.extend(on_axis(scene, optics.focus_plane(), most).map(|p| p.map(|x| 1.5 * x)));
+    // Of a focus too far to be shown, the near limit is what there is to see.
+    let seen = on_axis(scene, optics.focus_plane(), most)
+        .or_else(|| scene.depth.and_then(|depth| on_axis(scene, depth.near, 2.0 * most)));
+    points.extend(seen.map(|p| p.map(|x| 1.5 * x)));
     around(scene, &points)
 }
 
@@ -225,6 +231,7 @@ pub(crate) fn begin<'a>(stage: &'a Stage, sentences: &[String]) -> Result<(Sheet
     let [width, height] = stage.page.size;
     let mut sheet = Sheet::new(stage.page.size, [60.0, 40.0], &stage.page.theme)?;
     sheet.background = stage.page.background;
+    sheet.with_scale = !stage.hide.iter().any(|part| part == "scale");
     let top = sheet.heading(stage.page.title.as_deref())?;
     let foot = LEADING * wrapped(stage, sentences)?.len() as f64 + 1.0;
     let frame = [MARGIN, top, width - MARGIN, height - MARGIN - STRIP - foot];

@@ -69,7 +69,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         stage::camera_sentence(&scene),
     ];
     stage::single(&stage, scene, bounds, "Tilting", &sentences, |scene, canvas| {
-        let hidden = stage::without(&["focus-plane"], &[]);
+        let hidden = stage::without(&["focus-plane"], &stage.hide);
         let theme = scene.theme;
         for (optics, &tilt) in all.iter().zip(&tilts) {
             let one = Scene { hidden: &hidden, ..stage.scene_of(optics) };

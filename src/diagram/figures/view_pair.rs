@@ -5,7 +5,7 @@ use super::file::Input;
 use super::picture::Picture;
 use super::stage::{self, Stage};
 use crate::diagram::Figure;
-use crate::diagram::display_list::{Group, Item, Point, Raster, Shape};
+use crate::diagram::display_list::{Color, Group, Item, Point, Raster, Shape};
 use crate::diagram::extent::{self, Extent};
 use crate::diagram::lettering;
 use crate::diagram::panel::Panel;
@@ -118,6 +118,10 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     stage::end(&stage, sheet, frame, "A picture and its camera", &sentences)
 }
 
+/// Lines in the picture: it does not turn with the page, so neither do they (these are colours of no theme).
+const LIGHT: Color = Color::hex(0xFB_FB_FB);
+const DARK: Color = Color::hex(0x0B_0B_0B);
+
 /// The picture with the lines that are marked in it.
 fn marked(scene: &Scene, raster: Raster, line: Option<Line>) -> Group {
     let theme = scene.theme;
@@ -140,8 +144,8 @@ fn marked(scene: &Scene, raster: Raster, line: Option<Line>) -> Group {
         let far = |p: Point, q: Point| [p[0] + 50.0 * (p[0] - q[0]), p[1] + 50.0 * (p[1] - q[1])];
         if let Some((a, b)) = panel.clip_segment(far(a, b), far(b, a)) {
             // Light under dark, so that it shows on any ground.
-            let under = solid(theme.paper, 0.5);
-            let over = broken(theme.ink, theme::MEDIUM, theme::DASHED);
+            let under = solid(LIGHT, 0.5);
+            let over = broken(DARK, theme::MEDIUM, theme::DASHED);
             let shapes = [Shape::line(a, b, under), Shape::line(a, b, over)];
             items.push(Item::Group(Group::of("section-line", shapes.into_iter().map(Item::Shape).collect())));
         }
@@ -149,8 +153,7 @@ fn marked(scene: &Scene, raster: Raster, line: Option<Line>) -> Group {
     if let Some((a, b)) =
         line.and_then(|line| visible(line, world.origin, &seen)).and_then(|(a, b)| panel.clip_segment(a, b))
     {
-        let shapes =
-            [Shape::line(a, b, solid(theme.paper, 1.0)), Shape::line(a, b, solid(theme.focus.line, 0.6))];
+        let shapes = [Shape::line(a, b, solid(LIGHT, 1.0)), Shape::line(a, b, solid(theme.focus.line, 0.6))];
         items.push(Item::Group(Group::of("sharp-line", shapes.into_iter().map(Item::Shape).collect())));
     }
     let border = Shape::polyline(&panel.corners(), true, None, Some(solid(theme.ink, theme::THIN)));

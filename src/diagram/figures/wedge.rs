@@ -91,13 +91,13 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     sheet.strip(&panel, stage::view_name(&scene), false)?;
     let (group, enlarged) = confusion(&scene, circle, beside)?;
     sheet.items.push(Item::Group(group));
-    sheet.strip(&enlarged, "at the film", false)?;
+    sheet.strip(&enlarged, &format!("at the film, *f*/{}", short(number.get())), false)?;
     stage::end(&stage, sheet, frame, "Depth of field", &sentences)
 }
 
 /// The wedges, the widest first, and their limits.
 fn limits(stage: &Stage, scene: &Scene, canvas: &mut Canvas, all: &[Optics], numbers: &[f64]) {
-    let hidden = stage::without(&["near-plane", "far-plane", "wedge"], &[]);
+    let hidden = stage::without(&["near-plane", "far-plane", "wedge"], &stage.hide);
     for (optics, &number) in all.iter().zip(numbers) {
         let one = Scene { hidden: &hidden, ..stage.scene_of(optics) };
         let Some(depth) = one.depth else { continue };
@@ -107,7 +107,7 @@ fn limits(stage: &Stage, scene: &Scene, canvas: &mut Canvas, all: &[Optics], num
             let style = Style {
                 front: solid(scene.theme.depth.line, theme::MEDIUM),
                 split: Some(scene.section.trace(optics.front_focal_plane())),
-                behind_at_most: 3.0,
+                behind_at_most: planes::stub(&one, plane, 3.0),
                 weight: Weight::Light,
             };
             if let Some((a, b)) = trace(&one, canvas, part, plane, style, None) {
