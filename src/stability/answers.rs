@@ -3,7 +3,7 @@
 
 use super::classic;
 use super::formulas::{self, FOCAL};
-use super::maps::{QUESTIONS, Question, blurred_point, camera, extension};
+use super::maps::{QUESTIONS, Question, blurred_point, extension};
 use super::number::Number;
 use super::wide::Wide;
 
@@ -24,13 +24,16 @@ pub struct Answer {
 /// Exact in double precision, exact in single precision, as a textbook does it.
 const WAYS: [&str; 3] = ["exact, 64 bits", "exact, 32 bits", "textbook, 64 bits"];
 
+/// The place of a question among the maps', and its answers in the order of the ways.
+type Runs = (usize, [fn(f64) -> f64; 3]);
+
 /// Metres to the focus, and the f-number.
 const DISTANCE: f64 = 10.0;
 const NUMBER: f64 = 5.6;
 
 /// All ways to answer each question.
 pub fn answers() -> Vec<Answer> {
-    let runs: [(usize, [fn(f64) -> f64; 3]); 4] = [
+    let runs: [Runs; 4] = [
         (0, [exact_plane::<f64>, exact_plane::<f32>, |t| wides(classic::focus_plane(t, focused(t)))]),
         (1, [exact_hinge::<f64>, exact_hinge::<f32>, |t| wides(classic::hinge_distance(t))]),
         (
@@ -134,6 +137,7 @@ fn paraxial(tilt: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::optics::Optics;
+    use crate::stability::maps::camera;
 
     #[test]
     fn the_wedge_is_that_of_the_optics() {

@@ -4,6 +4,7 @@
 //! table, crops side by side and a page that says it in words. What was measured is kept, so a study that was stopped
 //! goes on where it was.
 
+mod answers;
 mod approximation;
 mod reference;
 mod report;

@@ -1,6 +1,7 @@
 //! What a study writes: charts (TOML, SVG, PDF, PNG), a table (CSV; JSON is there already), crops and a page in words.
 
 use super::super::{diagram, output};
+use super::answers;
 use super::study::{BASELINE, Measured, Study, nothing};
 use super::ways::{ADAPTIVE, APPROXIMATION, Setting, Step, UNIFORM};
 use groundglass::diagram::{Changes, FigureFile};
@@ -18,6 +19,8 @@ const ZOOM: u32 = 3;
 pub(super) fn write(study: &Study<'_>, stem: &str, folder: &Path) -> Result<()> {
     let text = |name: &str, text: &str| output::write_text(&folder.join(name), &study.read, text);
     text("cost.csv", &csv(study))?;
+    let optics = answers::measure();
+    text("optics.csv", &answers::csv(&optics))?;
     let charts = [
         (
             "cost",
@@ -25,6 +28,7 @@ pub(super) fn write(study: &Study<'_>, stem: &str, folder: &Path) -> Result<()> 
             chart(study, "What accuracy costs", &[UNIFORM, ADAPTIVE, APPROXIMATION], true),
         ),
         ("points", "Sequences of samples", slopes(study)),
+        ("optics", "What exact optics cost", answers::chart(&optics)),
     ];
     for (name, _, toml) in &charts {
         text(&format!("{name}.toml"), toml)?;
@@ -40,7 +44,7 @@ pub(super) fn write(study: &Study<'_>, stem: &str, folder: &Path) -> Result<()> 
     output::write_whole(&path, &study.read, |file| {
         crops.picture.write_png(study.scene.render.exposure_ev, &[], file)
     })?;
-    text("cost.md", &page(study, stem, &crops.names))
+    text("cost.md", &(page(study, stem, &crops.names) + &answers::words(&optics)))
 }
 
 fn rows<'a>(study: &'a Study<'_>, way: &str) -> Vec<&'a Measured> {
