@@ -287,13 +287,21 @@ fn pictures_are_8_bit_srgb_png_and_float_zip_exr_with_notes() {
 }
 
 #[test]
-fn what_is_not_built_is_refused_by_name_in_render_alone() {
-    let (old, new, key) = ("samples = 2", "diffraction = true\nsamples = 2", "render.diffraction");
+fn diffraction_is_drawn_and_refused_with_a_pinhole() {
+    let (old, new) = ("samples = 2", "diffraction = true\nsamples = 2");
     let (_keep, folder) = folder(&format!("{CAMERA}{SMALL}").replace(old, new));
-    run(&folder, &["render", "scene.toml", "-o", "o.png"]).expect(2, &["scene.toml:", key]);
-    assert!(!folder.join("o.png").exists());
-    run(&folder, &["optics", "scene.toml", "--json"]).expect(0, &[]);
-    run(&folder, &["check", "scene.toml"]).expect(0, &[]);
+    let words = ["render", "scene.toml", "-o", "o.png", "--all-effects", "--stats", "s.json"];
+    run(&folder, &words).expect(0, &[]);
+    let stats = fs::read_to_string(folder.join("s.json")).unwrap();
+    let entry = stats.split("\"diffraction\"").nth(1).unwrap().split('}').next().unwrap();
+    assert!(entry.contains("true") && entry.contains("--all-effects keeps it"), "{entry}");
+    // So small an aperture that light is bent through a right angle, and a film that leans.
+    let tiny =
+        format!("{CAMERA}[camera.rear]\ntilt_deg = 30\n{SMALL}").replace("5.6", "1e7").replace(old, new);
+    fs::write(folder.join("scene.toml"), tiny).unwrap();
+    run(&folder, &["render", "scene.toml", "-o", "p.png", "--all-effects"])
+        .expect(2, &["render.diffraction", "larger aperture"]);
+    assert!(!folder.join("p.png").exists());
     let both = CAMERA.replace("f_number = 5.6", "pinhole = true") + "[render]\ndiffraction = true\n";
     let (_other, folder) = program::folder(&both);
     for verb in ["optics", "check", "render"] {

@@ -90,6 +90,31 @@ fn an_aperture_of_blades_equals_the_oracle() {
 }
 
 #[test]
+fn diffraction_equals_the_oracle() {
+    // Apertures of a twentieth of a millimetre: a ring of a pixel or two, and fifty of them over the whole film.
+    let settings = [
+        ("square to the film", Setting { f_number: 3000.0, ..ALIGNED }),
+        ("film tilted", Setting { f_number: 2500.0, rear: [-15.0, 10.0], rise: 12.0, ..ALIGNED }),
+        ("lens tilted", Setting { f_number: 2500.0, front: [25.0, -8.0], stretch: 0.9, ..ALIGNED }),
+        ("blurred as well", Setting { f_number: 12.0, front: [3.0, 2.0], stretch: 1.3, ..ALIGNED }),
+    ];
+    for (at, (name, setting)) in settings.into_iter().enumerate() {
+        let mut surfaces = yard(&mut Random(at as u64 + 90), 60);
+        surfaces.build_hierarchy();
+        let camera = camera(DVec3::new(0.3, 1.2, 2.5), DVec3::new(0.0, 0.9, -3.0), 150.0, setting);
+        for (samples, blades) in [(1, 0), (3, 5), (16, 0), (37, 4)] {
+            let mut scene = scene(&camera, surfaces.clone(), 50, samples);
+            scene.render.diffraction = true;
+            scene.render.falloff = samples == 16;
+            scene.render.effects.all = true;
+            scene.sun.as_mut().unwrap().shadows = samples == 3;
+            scene.blades = (blades > 0).then(|| Blades { count: blades, rotation: Angle::degrees(20.0) });
+            compare(&format!("diffraction, {name}, N = {samples}, {blades} blades"), &scene);
+        }
+    }
+}
+
+#[test]
 fn shadows_equal_the_oracle() {
     for (at, (name, setting)) in settings().into_iter().enumerate() {
         let surfaces = yard(&mut Random(at as u64 + 50), 60);
@@ -146,12 +171,22 @@ fn far_from_the_origin_nothing_is_lost() {
 
 #[test]
 fn every_thread_count_and_simd_level_gives_the_same_bytes() {
+    same_bytes(2.8, false);
+}
+
+#[test]
+fn every_thread_count_and_simd_level_bends_light_to_the_same_bytes() {
+    same_bytes(300.0, true);
+}
+
+fn same_bytes(f_number: f64, diffraction: bool) {
     let mut random = Random(9);
     let mut surfaces = yard(&mut random, 300);
     surfaces.find_patches();
-    let setting = Setting { front: [6.0, -4.0], f_number: 2.8, ..ALIGNED };
+    let setting = Setting { front: [6.0, -4.0], f_number, ..ALIGNED };
     let camera = camera(DVec3::new(0.3, 1.2, 2.5), DVec3::new(0.0, 0.9, -3.0), 150.0, setting);
     let mut scene = scene(&camera, surfaces, 150, 24);
+    scene.render.diffraction = diffraction;
     let bytes = |scene: &Scene, threads: usize, simd: Option<SimdLevel>| {
         let execution = Execution { threads: Some(threads), simd, ..Execution::default() };
         let (picture, _) = render(scene, execution).unwrap();

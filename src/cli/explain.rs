@@ -60,7 +60,6 @@ struct Row {
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let threads = stats::threads(None);
     let input = input::read(&arguments.scene)?.within(arguments.memory, threads);
-    input.scene.refuse_unbuilt_effects()?;
     let mut scene = input.load_at(arguments.width.map(|width| width.0))?;
     arguments.effects.apply(&mut scene)?;
     report::warnings(&optics_words::warnings(&scene.optics, &input.name()));

@@ -129,7 +129,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         None => Input::builtin()?,
     }
     .within(arguments.memory, threads);
-    input.scene.refuse_unbuilt_effects()?;
     // What cannot be written is said before the work, and again when the files that are read are known.
     let named = [arguments.output.as_ref(), arguments.stats.as_ref(), error_map];
     for output in named.into_iter().flatten() {

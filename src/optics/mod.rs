@@ -16,6 +16,7 @@
 
 mod blur;
 mod cautions;
+mod diffraction;
 mod products;
 mod projection;
 mod sensitivity;
@@ -23,6 +24,7 @@ mod solve;
 mod textbook;
 
 pub use blur::Blur;
+pub use diffraction::WAVELENGTH;
 pub use projection::{Projection, Ray};
 pub use sensitivity::Sensitivity;
 pub use solve::{Adjust, FocusTarget, Limit, Nearest, Unsolvable, solve, upright};

@@ -3,6 +3,7 @@
 //! The scene's keys say what is wanted. The plan drops what cannot be seen in this picture, and adds nothing that a key
 //! switches off. What it drops changes the picture by no more than [`RenderPlan::tolerance`].
 
+mod diffraction;
 mod seen;
 
 use crate::scene::{Budget, EffectName, EffectSet, Scene};
@@ -20,20 +21,11 @@ const SHAPE_PX: f64 = 1.0;
 /// A penumbra below this many pixels is an edge.
 const PENUMBRA_PX: f64 = 0.25;
 
-/// The first dark ring of diffraction below this many pixels across is under the pixel's own filter.
-const AIRY_PX: f64 = 0.1;
-
-/// Diffraction this much smaller than the smallest blur in view is under the blur.
-const AIRY_OF_BLUR: f64 = 0.02;
-
 /// Weights of falloff within this of 1 are not seen.
 const FALLOFF: f64 = 0.002;
 
 /// Root mean square change of the picture that is taken for nothing, where the scene names no error.
 const TOLERANCE: f64 = 0.002;
-
-/// Wavelength of the contract's diffraction, metres.
-const WAVELENGTH: f64 = 550e-9;
 
 /// One effect: whether it is in the picture, and why.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -92,10 +84,13 @@ impl RenderPlan {
         let dropped = |name: EffectName| {
             let small = || match name {
                 EffectName::Defocus => !Seen::has_blur_of(scene, scale * BLUR_PX),
-                EffectName::ApertureShape => !Seen::has_blur_of(scene, scale * SHAPE_PX),
+                EffectName::ApertureShape => {
+                    !Seen::has_blur_of(scene, scale * SHAPE_PX)
+                        && !diffraction::is_in(scene, scale * scale, || Seen::new(scene))
+                }
                 EffectName::SoftShadows => penumbra(scene) < scale * PENUMBRA_PX,
                 EffectName::Falloff => largest_falloff(scene) < scale * scale * FALLOFF,
-                EffectName::Diffraction => !diffraction(scene, &Seen::new(scene), scale).1,
+                EffectName::Diffraction => !diffraction::reason(scene, &Seen::new(scene), scale * scale).0,
                 _ => false,
             };
             asks(scene, name) && !choice.all && !choice.with.has(name) && small()
@@ -200,7 +195,9 @@ fn reason(scene: &Scene, seen: &Seen, name: EffectName, scale: f64) -> (bool, bo
                     blades.count,
                     pixels(largest)
                 );
-                (true, largest >= threshold, because)
+                let has_star = diffraction::is_in(scene, scale * scale, || seen.clone());
+                let because = if has_star { because + ", and diffraction shows it" } else { because };
+                (true, largest >= threshold || has_star, because)
             }
         },
         EffectName::Falloff if !asked => (false, false, "render.falloff = false".into()),
@@ -212,7 +209,7 @@ fn reason(scene: &Scene, seen: &Seen, name: EffectName, scale: f64) -> (bool, bo
             (false, false, "render.diffraction = false".into())
         }
         EffectName::Diffraction => {
-            let (because, is_seen) = diffraction(scene, seen, scale);
+            let (is_seen, because) = diffraction::reason(scene, seen, scale * scale);
             (asked, is_seen, because)
         }
     }
@@ -255,21 +252,4 @@ fn largest_falloff(scene: &Scene) -> f64 {
         }
     }
     most
-}
-
-fn diffraction(scene: &Scene, seen: &Seen, scale: f64) -> (String, bool) {
-    let optics = &scene.optics;
-    let aperture = 2.0 * optics.aperture_radius();
-    if aperture == 0.0 {
-        return ("a pinhole".into(), false);
-    }
-    let pixel = optics.camera().film.width.as_metres() / f64::from(scene.render.width);
-    let ring = 2.44 * WAVELENGTH * optics.film_center().length() / aperture / pixel;
-    let blur = seen.blur.map_or(0.0, |blur| blur[1]);
-    let (threshold, under) = (scale * AIRY_PX, AIRY_OF_BLUR * blur);
-    let because = format!(
-        "first dark ring {ring:.3} px across, threshold {threshold:.3} px and {AIRY_OF_BLUR} of the smallest blur in view, {}",
-        pixels(blur)
-    );
-    (because, ring >= threshold && ring >= under)
 }

@@ -121,14 +121,17 @@ impl<'a> Frame<'a> {
     }
 
     /// The blur, in pixels, of corners of what is in view of a triangle: none where nothing is. Infinite where a point has
-    /// no ellipse, being at the side of some lens point.
+    /// no ellipse, being at the side of some lens point; and 0 where the plane of focus crosses it.
     fn blurs(&self, corners: [DVec3; 3]) -> impl Iterator<Item = f64> {
         let own = corners.into_iter().filter(|&corner| self.reaches_film(corner));
         let polygon = self.clipped(corners);
+        let focus = self.optics.focus_plane();
+        let is_beyond = |p: &DVec3| focus.m.dot(*p) + focus.e > 0.0;
+        let crossing = polygon.iter().any(is_beyond) && !polygon.iter().all(is_beyond);
         let all = own.chain(polygon).map(|corner| {
             self.optics.blur_of(corner).map_or(f64::INFINITY, |blur| blur.largest / self.pixel)
         });
-        all.collect::<Vec<_>>().into_iter()
+        all.collect::<Vec<_>>().into_iter().chain(crossing.then_some(0.0))
     }
 
     /// Whether the blur of a point meets the film.

@@ -20,8 +20,10 @@ pub(crate) struct TileFilm {
     pub(super) image: [[DVec4; 3]; 3],
     /// `1/t` of the near plane at the centre, and its change with a pixel to the right and down.
     pub near: [f32; 3],
-    /// The largest distance of the tile from the plane of the lens: `1/t` at depth 1.
+    /// The largest distance of the tile's samples from the plane of the lens: `1/t` at depth 1.
     pub deepest: f64,
+    /// How far samples lie from the tile's centre at most, right or left and down or up, pixels.
+    pub(super) half: [f64; 2],
 }
 
 /// One number, or several side by side.
@@ -74,8 +76,9 @@ fn part<T: Number>(m: [T; 3], d: [T; 3], p: DVec3, weight: f64, radius: f64) -> 
 
 impl TileFilm {
     pub(crate) fn new(view: &View, tile_x: u32, tile_y: u32) -> Self {
-        let half = 0.5 * f64::from(TILE);
-        let center = [tile_x, tile_y].map(|tile| f64::from(tile * TILE) + half);
+        let middle = 0.5 * f64::from(TILE);
+        let center = [tile_x, tile_y].map(|tile| f64::from(tile * TILE) + middle);
+        let half = view.spread.map(|spread| middle + spread);
         let p = view.film + view.film_dx * center[0] + view.film_dy * center[1];
         let (dx, dy) = (view.film_dx, view.film_dy);
         let f = view.focal_length;
@@ -88,7 +91,8 @@ impl TileFilm {
             image: view.pixel_from_lens.map(|[x, y, w]| [x - w * center[0], y - w * center[1], w]),
             // Along the axis the ray advances -p.z for each unit of t.
             near: [p.z, dx.z, dy.z].map(|z| (-z / view.near) as f32),
-            deepest: half * (dx.z.abs() + dy.z.abs()) - p.z,
+            deepest: half[0] * dx.z.abs() + half[1] * dy.z.abs() - p.z,
+            half,
         }
     }
 

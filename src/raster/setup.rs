@@ -4,8 +4,8 @@
 //! single: the constants are then small wherever the sign is in doubt, and an edge's place is good to about 1e-5
 //! of a pixel.
 
+use super::LANES;
 use super::film::{TileFilm, cross, minus, power_of_two_near};
-use super::{LANES, TILE};
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, SimdNarrow, f64x8};
 use glam::DVec4;
@@ -75,7 +75,8 @@ fn set_up<S: Simd>(simd: S, film: &TileFilm, v: &Corners, depths: &[f32; LANES],
     let (low_side, high_side) = (low_face.side(simd), high_face.side(simd));
     store(&low_face.facing, &high_face.facing, &mut block.facing);
     store(&low_face.plane, &high_face.plane, &mut block.plane);
-    let (low_near, high_near) = (low_face.nearest(simd, low_side), high_face.nearest(simd, high_side));
+    let (low_near, high_near) =
+        (low_face.nearest(simd, film, low_side), high_face.nearest(simd, film, high_side));
     low_near.narrow(high_near).store_array(&mut block.nearest);
     // No part of a triangle is nearer than its nearest corner; a hundred-thousandth is for rounding.
     for (nearest, &depth) in block.nearest.iter_mut().zip(depths) {
@@ -85,8 +86,8 @@ fn set_up<S: Simd>(simd: S, film: &TileFilm, v: &Corners, depths: &[f32; LANES],
     let mut live = 0xffff;
     for (edge, (a, b)) in block.edges.iter_mut().zip([(1, 2), (2, 0), (0, 1)]) {
         let (low, high) = (film.edge(low[a], low[b]), film.edge(high[a], high[b]));
-        live &= reaches(simd, &low, low_side) | reaches(simd, &high, high_side) << 8;
-        store(&scaled(simd, &low), &scaled(simd, &high), edge);
+        live &= reaches(simd, film, &low, low_side) | reaches(simd, film, &high, high_side) << 8;
+        store(&scaled(simd, film, &low), &scaled(simd, film, &high), edge);
     }
     block.live = live;
     for (corner, images) in block.corners.iter_mut().enumerate() {
@@ -156,9 +157,9 @@ impl<S: Simd> Face<S> {
 
     /// At least the largest `1/t` in the tile.
     #[inline(always)]
-    fn nearest(&self, simd: S, side: f64x8<S>) -> f64x8<S> {
+    fn nearest(&self, simd: S, film: &TileFilm, side: f64x8<S>) -> f64x8<S> {
         let infinite = f64x8::splat(simd, f64::INFINITY);
-        let reach = reach(&self.facing);
+        let reach = reach(film, &self.facing);
         let least = self.plane[0].abs() - self.plane[1].abs() - self.plane[2].abs();
         // Single precision loses a few millionths of what cancels.
         let most = self.facing[0] * side + reach + (self.facing[0].abs() + reach) * 4e-6;
@@ -170,25 +171,24 @@ impl<S: Simd> Face<S> {
 /// Which of eight edge functions are anywhere in the tile, for any lens point, not negative; all where the side is
 /// in doubt.
 #[inline(always)]
-fn reaches<S: Simd>(simd: S, e: &[f64x8<S>; 9], side: f64x8<S>) -> u16 {
-    let most = e[0] * side + reach(e) * (1.0 + 1e-6);
+fn reaches<S: Simd>(simd: S, film: &TileFilm, e: &[f64x8<S>; 9], side: f64x8<S>) -> u16 {
+    let most = e[0] * side + reach(film, e) * (1.0 + 1e-6);
     let outside = most.simd_lt(f64x8::splat(simd, 0.0)) & side.simd_ne(f64x8::splat(simd, 0.0));
     !(outside.to_bitmask() as u16) & 0xff
 }
 
 /// How far a function can be from its value at tile centre and lens centre.
 #[inline(always)]
-fn reach<S: Simd>(e: &[f64x8<S>; 9]) -> f64x8<S> {
-    let half = 0.5 * f64::from(TILE);
+fn reach<S: Simd>(film: &TileFilm, e: &[f64x8<S>; 9]) -> f64x8<S> {
     let right = e[3].abs() + e[4].abs() + e[5].abs();
     let down = e[6].abs() + e[7].abs() + e[8].abs();
-    e[1].abs() + e[2].abs() + (right + down) * half
+    e[1].abs() + e[2].abs() + (right * film.half[0] + down * film.half[1])
 }
 
 /// Eight functions, each by a power of two that keeps it away from the ends of single precision.
 #[inline(always)]
-fn scaled<S: Simd>(simd: S, e: &[f64x8<S>; 9]) -> [f64x8<S>; 9] {
-    let scale = power_of_two(simd, e[0].abs() + reach(e));
+fn scaled<S: Simd>(simd: S, film: &TileFilm, e: &[f64x8<S>; 9]) -> [f64x8<S>; 9] {
+    let scale = power_of_two(simd, e[0].abs() + reach(film, e));
     [
         e[0] * scale,
         e[1] * scale,

@@ -169,6 +169,8 @@ impl TileScratch {
         let block = &mut self.blocks[self.ready];
         let (mut corners, mut depths): (Corners, _) = ([[[0.0; LANES]; 3]; 3], [0.0; LANES]);
         (block.imaged, block.near, block.cutout) = (0, 0, 0);
+        // Farther from the tile's centre single precision does not place a corner as well as `scatter` assumes.
+        let is_narrow = geometry.view.spread.iter().all(|&spread| spread < 2000.0);
         for (lane, &place) in self.next.iter().take(self.waiting).enumerate() {
             let (candidate, _) = bins.candidate(place);
             for (corner, &vertex) in corners.iter_mut().zip(&candidate.vertices) {
@@ -179,7 +181,7 @@ impl TileScratch {
             }
             depths[lane] = candidate.nearest;
             block.triangles[lane] = candidate.triangle;
-            block.imaged |= u16::from(candidate.is_inside) << lane;
+            block.imaged |= u16::from(candidate.is_inside && is_narrow) << lane;
             let near = f64::from(candidate.nearest) < geometry.view.near * (1.0 + 1e-6);
             block.near |= u16::from(near) << lane;
             block.cutout |= u16::from(geometry.cutout[candidate.triangle as usize]) << lane;

@@ -23,6 +23,27 @@ pub(crate) struct View {
     pub pixel_from_lens: [[DVec4; 3]; 3],
     /// The smallest `w` that a point at `near` on any ray of the picture can have, over all lens points.
     pub least_w: f64,
+    /// How far a sample may lie outside of its pixel, right or left and down or up, pixels: 0 without diffraction.
+    pub spread: [f64; 2],
+}
+
+impl View {
+    /// The least and the largest distance from the plane of the lens, metres, of film points at most `spread` pixels outside
+    /// of the picture.
+    fn depths(&self, spread: [f64; 2]) -> [f64; 2] {
+        let (width, height) = (0.5 * f64::from(self.width), 0.5 * f64::from(self.height));
+        let center = self.film.z + self.film_dx.z * width + self.film_dy.z * height;
+        let reach = self.film_dx.z.abs() * (width + spread[0]) + self.film_dy.z.abs() * (height + spread[1]);
+        [-center - reach, -center + reach]
+    }
+
+    /// The same with samples that lie up to `spread` pixels outside of their own; `None` where the film would reach the
+    /// plane of the lens there.
+    pub(crate) fn widened(&self, spread: [f64; 2]) -> Option<Self> {
+        let ([_, before], [nearest, deepest]) = (self.depths([0.0; 2]), self.depths(spread));
+        let least_w = self.least_w * (before / deepest);
+        (nearest > 0.0 && least_w > 0.0).then(|| Self { spread, least_w, ..self.clone() })
+    }
 }
 
 /// The disk of the aperture that a cell of lens points lies in; fractions of the radius.
@@ -31,6 +52,8 @@ pub(crate) struct LensCell {
     pub u: f64,
     pub v: f64,
     pub radius: f64,
+    /// How far its samples may lie outside of their pixels, as [`View::spread`].
+    pub spread: [f64; 2],
 }
 
 /// Sixteen samples that are tested together, at every block of a tile.
@@ -118,5 +141,6 @@ pub(crate) fn test_view() -> View {
         near: 0.3,
         pixel_from_lens: [0, 1, 2].map(|part| [0, 1, 2].map(|row: usize| rows[row][part])),
         least_w: 0.3,
+        spread: [0.0; 2],
     }
 }

@@ -148,6 +148,9 @@ impl Picture<'_> {
             if self.centred {
                 pattern.center();
             }
+            if let Some(diffraction) = &self.diffraction {
+                pattern = diffraction.displace(&self.view, tile, &pattern);
+            }
             watch.lap(&mut tally.stages.setup);
             for batch in &pattern.batches {
                 if stop() {

@@ -70,6 +70,7 @@ impl<'a> LensFrame<'a> {
             pixel_from_lens: [c0, less(family(1.0, 0.0)), less(family(0.0, 1.0))],
             // Along a ray, w = t (-(n.s + e)) and z = t (-p.z).
             least_w: near * (-optics.film_plane().e - radius * slope) / deepest,
+            spread: [0.0; 2],
         }
     }
 }

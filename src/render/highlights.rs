@@ -7,6 +7,7 @@
 //! `k` times, Poisson about `n q`, and shows `min(1, k L / n)` for `min(1, m)`. Where the samples of a whole block should have
 //! met it several times, `m` is at most what they saw: the rest is hidden.
 
+use super::diffraction::Ring;
 use super::resolve::{BLOCKS, ByBlock, Resolved};
 use crate::picture::BLOCK;
 use crate::raster::bounds::Frustum;
@@ -47,8 +48,8 @@ pub(super) struct Highlights {
 }
 
 impl Highlights {
-    /// `positions` are those of the surfaces, in the lens frame.
-    pub(super) fn new(scene: &Scene, view: &View, positions: &[DVec3], gain: f32) -> Self {
+    /// `positions` are those of the surfaces, in the lens frame. Diffraction spreads light over `rings`, from the inmost.
+    pub(super) fn new(scene: &Scene, view: &View, positions: &[DVec3], gain: f32, rings: &[Ring]) -> Self {
         let surfaces = &scene.surfaces;
         let (columns, rows) = (view.width.div_ceil(BLOCK) as usize, view.height.div_ceil(BLOCK) as usize);
         let bright: Vec<f32> = brightness(scene).into_iter().map(|light| light * gain).collect();
@@ -62,14 +63,22 @@ impl Highlights {
         let frustum = Frustum::new(view);
         for t in (0..surfaces.triangles.len()).filter(|&t| is_bright(t)) {
             let radiance = f64::from(bright[surfaces.attributes[t].material as usize]);
-            let Some((light, [low, high])) = seen(surfaces, view, &frustum, positions, t, radiance) else {
-                continue;
-            };
             let block = |x: f64, most: usize| ((x / f64::from(BLOCK)).floor().max(0.0) as usize).min(most);
-            let (x0, x1) = (block(low.x, columns), block(high.x + f64::from(BLOCK), columns));
-            let (y0, y1) = (block(low.y, rows), block(high.y + f64::from(BLOCK), rows));
-            for (x, y, sign) in [(x0, y0, 1.0), (x1, y0, -1.0), (x0, y1, -1.0), (x1, y1, 1.0)] {
-                lights[y * stride + x].add(&light, sign);
+            // From the outmost ring inward: each box adds what its ring is brighter than the one around it.
+            let mut around = Light::default();
+            for ring in rings.iter().rev() {
+                let Some((light, [low, high])) = seen(surfaces, view, &frustum, positions, t, radiance, ring)
+                else {
+                    continue;
+                };
+                let mut more = light;
+                more.add(&around, -1.0);
+                around = light;
+                let (x0, x1) = (block(low.x, columns), block(high.x + f64::from(BLOCK), columns));
+                let (y0, y1) = (block(low.y, rows), block(high.y + f64::from(BLOCK), rows));
+                for (x, y, sign) in [(x0, y0, 1.0), (x1, y0, -1.0), (x0, y1, -1.0), (x1, y1, 1.0)] {
+                    lights[y * stride + x].add(&more, sign);
+                }
             }
         }
         for i in 0..lights.len() {
@@ -138,7 +147,7 @@ fn brightness(scene: &Scene) -> Vec<f32> {
     scene.surfaces.materials.iter().map(of).collect()
 }
 
-/// What a triangle adds to the pixels that may see it, and the box of these, in pixels.
+/// What a triangle adds to the pixels that may see its light in a ring, and the box of these, in pixels.
 fn seen(
     surfaces: &Surfaces,
     view: &View,
@@ -146,6 +155,7 @@ fn seen(
     positions: &[DVec3],
     triangle: usize,
     radiance: f64,
+    ring: &Ring,
 ) -> Option<(Light, [DVec2; 2])> {
     let corners = surfaces.triangles[triangle].map(|i| positions[i as usize]);
     if !corners.iter().all(|&corner| frustum.contains(corner)) {
@@ -163,11 +173,11 @@ fn seen(
     let (center, p, w) = places[0];
     let moves = |c: &[glam::DVec4; 3]| (DVec2::new(c[0].dot(p), c[1].dot(p)) - center * c[2].dot(p)) / w;
     let (along, across) = (moves(cu), moves(cv));
-    let blurred = std::f64::consts::PI * along.perp_dot(across).abs() + area.max(1.0);
-    let reach = (along * along + across * across).map(f64::sqrt) + 1.0;
+    let blurred = std::f64::consts::PI * along.perp_dot(across).abs() + area.max(1.0) + ring.area;
+    let reach = (along * along + across * across).map(f64::sqrt) + 1.0 + ring.reach;
     let low = places[0].0.min(places[1].0).min(places[2].0) - reach;
     let high = places[0].0.max(places[1].0).max(places[2].0) + reach;
-    let share = (area / blurred).min(1.0);
+    let share = (area * ring.share / blurred).min(1.0);
     let is_inside = high.x >= 0.0
         && high.y >= 0.0
         && low.x < f64::from(view.width)

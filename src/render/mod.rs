@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod allocate;
+mod diffraction;
 mod draw;
 mod frame;
 mod highlights;
@@ -71,7 +72,7 @@ pub struct Counts {
 /// with any number of threads; with a time, [`replay`] with the exposure's [`samples`](Exposure::samples) gives them.
 ///
 /// # Errors
-/// [`ErrorKind::Invalid`] when the film reaches the aperture, [`ErrorKind::TooLarge`] when picture and
+/// [`ErrorKind::Invalid`] when the film reaches the aperture, or light would be bent to where it does; [`ErrorKind::TooLarge`] when picture and
 /// geometry would not fit, [`ErrorKind::Cancelled`] when stopped.
 pub fn render(scene: &Scene, execution: Execution<'_>) -> Result<(Exposure, Counts)> {
     let start = execution.clock.map_or(0.0, |clock| clock());
@@ -161,7 +162,7 @@ fn draw<T: Send>(
         let positions = picture::positions(scene);
         let cancel = execution.cancel;
         let picture =
-            Picture::new(scene, &positions, sequence, simd.level(), cancel, watch, &mut counts.stages);
+            Picture::new(scene, &positions, sequence, simd.level(), cancel, watch, &mut counts.stages)?;
         if picture.stopped() {
             return Err(stopped());
         }

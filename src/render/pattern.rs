@@ -33,6 +33,12 @@ impl Splits {
         Self { bits, most_lens_bits: MOST_LENS_BITS, first_cell: 0 }
     }
 
+    /// Those of all samples of a picture; with diffraction, which divides regions further, only four regions of the lens.
+    pub(super) fn uniform(samples: u32, has_diffraction: bool) -> Self {
+        let all = Self::new(samples);
+        Self { most_lens_bits: if has_diffraction { 1 } else { all.most_lens_bits }, ..all }
+    }
+
     /// Those of a run of samples: its regions are the whole lens, or the quarters, which come after it.
     pub(super) fn of_run(run: Run) -> Self {
         let all = Self::new(run.count);
@@ -72,7 +78,10 @@ impl Splits {
         let [a, b] = self.lens_bits();
         let (across, down) = (1u32 << a, 1u32 << b);
         if a + b == 0 || radius == 0.0 {
-            return vec![LensCell { u: 0.0, v: 0.0, radius: 1.0 }; (across * down) as usize];
+            return vec![
+                LensCell { u: 0.0, v: 0.0, radius: 1.0, spread: [0.0; 2] };
+                (across * down) as usize
+            ];
         }
         let map = |x: f64, y: f64| {
             let [u, v] = shape.from_square([x as f32, y as f32]);
@@ -109,7 +118,7 @@ impl Splits {
                 };
                 let (u, v) = (range(|p| p.0), range(|p| p.1));
                 let reach = border.iter().map(|&(bu, bv)| libm::hypot(bu - u, bv - v)).fold(0.0, f64::max);
-                LensCell { u, v, radius: (reach + between) * 1.001 + 1e-4 }
+                LensCell { u, v, radius: (reach + between) * 1.001 + 1e-4, spread: [0.0; 2] }
             })
             .collect()
     }

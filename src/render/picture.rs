@@ -1,10 +1,12 @@
 //! What all tiles of a picture share: geometry in the lens frame, bins, the shader.
 
+use super::diffraction::{FilmDiffraction, NO_RINGS};
 use super::draw::TileScratch;
 use super::frame::{Falloff, LensFrame};
 use super::highlights::Highlights;
 use super::pattern::{Points, Splits};
 use super::stages::{Stages, Stopwatch};
+use crate::error::{Error, Result};
 use crate::plan::RenderPlan;
 use crate::quantity::Angle;
 use crate::raster::TILE;
@@ -50,6 +52,7 @@ pub(super) struct Picture<'a> {
     pub(super) cells: Vec<LensCell>,
     pub(super) bins: Bins,
     pub(super) falloff: Option<Falloff>,
+    pub(super) diffraction: Option<FilmDiffraction>,
     /// The number of samples that the streams of pixels go by: see [`sampling::block`].
     pub(super) streams: u32,
     /// Samples lie at the middle of their pixels.
@@ -62,6 +65,12 @@ pub(super) struct Picture<'a> {
     pub(super) idle: Mutex<Vec<TileScratch>>,
 }
 
+fn bent_too_far() -> Error {
+    Error::invalid("diffraction bends light to where the film's plane meets the lens's")
+        .at_key("render.diffraction")
+        .remedy("use a larger aperture or less tilt, or set diffraction = false")
+}
+
 /// Vertices in the lens frame.
 pub(super) fn positions(scene: &Scene) -> Vec<DVec3> {
     let frame = LensFrame::new(&scene.optics);
@@ -70,6 +79,9 @@ pub(super) fn positions(scene: &Scene) -> Vec<DVec3> {
 
 impl<'a> Picture<'a> {
     /// `positions` are those of the vertices in the lens frame.
+    ///
+    /// # Errors
+    /// [`crate::error::ErrorKind::Invalid`] where diffraction would spread light to where the film meets the lens's plane.
     pub(super) fn new(
         scene: &'a Scene,
         positions: &'a [DVec3],
@@ -78,20 +90,30 @@ impl<'a> Picture<'a> {
         cancel: Option<&'a AtomicBool>,
         mut watch: Stopwatch<'_>,
         stages: &mut Stages,
-    ) -> Self {
+    ) -> Result<Self> {
         let optics = &scene.optics;
         let surfaces = &scene.surfaces;
         let frame = LensFrame::new(optics);
         let active = RenderPlan::active_in(scene);
         let radius = if active.has(EffectName::Defocus) { optics.aperture_radius() } else { 0.0 };
-        let view = frame.view(scene, radius);
+        let mut view = frame.view(scene, radius);
         watch.lap(&mut stages.transform);
         let has_shape = active.has(EffectName::ApertureShape);
         let shape = if has_shape { scene.aperture_shape() } else { ApertureShape::Disk };
-        let (streams, cells) = match sequence {
-            Sequence::Uniform(samples) => (samples, Splits::new(samples).lens_cells(&shape, view.radius)),
+        let seed = scene.render.seed;
+        let has_diffraction = active.has(EffectName::Diffraction);
+        let (streams, mut cells) = match sequence {
+            Sequence::Uniform(samples) => {
+                let splits = Splits::uniform(samples, has_diffraction);
+                (samples, splits.lens_cells(&shape, view.radius))
+            }
             Sequence::Runs => (runs::FIRST_RUN, Splits::run_cells(&shape, view.radius)),
         };
+        let diffraction = has_diffraction.then(|| FilmDiffraction::new(optics, &shape, &view, seed, streams));
+        if let Some(diffraction) = &diffraction {
+            cells = diffraction.cells(&cells);
+            view = view.widened(diffraction.reach()).ok_or_else(bent_too_far)?;
+        }
         let stop = || cancel.is_some_and(|flag| flag.load(Ordering::Relaxed));
         let bins = Bins::new(level, &view, &cells, positions, &surfaces.triangles, &stop);
         watch.lap(&mut stages.bin);
@@ -109,15 +131,18 @@ impl<'a> Picture<'a> {
         let shadows = sun.and_then(|sun| ShadowSun::new(surfaces, positions, &sun, |v| frame.vector(v)));
         // Places on a surface must be exact for its shadows: patches that are not flat do not do.
         let alike = scene.render.share_shading && (shadows.is_none() || surfaces.patches.are_flat());
-        // Below 16 samples a pixel hardly any would share.
-        let shared = scene.render.share_shading && streams >= 16;
+        // Below 16 samples a pixel hardly any would share, and displaced ones lie too far from each other.
+        let shared = scene.render.share_shading && streams >= 16 && diffraction.is_none();
         let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, up, |v| frame.vector(v));
         let falloff = active.has(EffectName::Falloff).then(|| Falloff::new(optics, &frame));
         let gain = libm::exp2(scene.render.exposure_ev) as f32;
-        let highlights = Highlights::new(scene, &view, positions, gain);
-        Self {
+        let highlights = match &diffraction {
+            Some(diffraction) => Highlights::new(scene, &view, positions, gain, &diffraction.rings(&view)),
+            None => Highlights::new(scene, &view, positions, gain, &NO_RINGS),
+        };
+        Ok(Self {
             surfaces,
-            points: Points { set: scene.render.points, shape, seed: scene.render.seed },
+            points: Points { set: scene.render.points, shape, seed },
             gain,
             shared,
             alike,
@@ -134,13 +159,14 @@ impl<'a> Picture<'a> {
             cells,
             bins,
             falloff,
+            diffraction,
             streams,
             centred: !active.has(EffectName::Antialiasing),
             highlights,
             level,
             cancel,
             idle: Mutex::default(),
-        }
+        })
     }
 
     /// Whether the picture is no longer wanted.

@@ -5,6 +5,7 @@ use super::picture::Sequence;
 use crate::error::{Error, ErrorKind, Result, memory};
 use crate::raster::TILE;
 use crate::raster::bin::Bins;
+use crate::sampling::Diffraction;
 use crate::scene::Scene;
 
 /// Bytes for each triangle: whether it is cut out, its place in the order, its box where it crosses the frustum, and the
@@ -43,8 +44,12 @@ impl Room {
         // Corners and boxes in the sun's frame.
         let shadows = scene.sun.as_ref().is_some_and(|sun| sun.shadows);
         let shadows = if shadows { count(vertices) * 12 + count(triangles) * 120 } else { 0 };
-        let shared =
-            shadows + pixels * pixel + count(vertices) * (24 + 8 * CELLS) + count(triangles) * TRIANGLE;
+        let pattern = if scene.render.diffraction { Diffraction::MEMORY } else { 0 };
+        let shared = pattern
+            + shadows
+            + pixels * pixel
+            + count(vertices) * (24 + 8 * CELLS)
+            + count(triangles) * TRIANGLE;
         // Where it met each surface, and the samples of a pixel, sorted.
         let each = count(triangles) * 8 + u64::from(samples) * 160 + (1 << 20);
         let (need, most) = (shared + threads * each, execution.memory.unwrap_or(u64::MAX));

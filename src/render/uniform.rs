@@ -27,8 +27,8 @@ impl Picture<'_> {
         let mut errors = zeroed(if execution.error_map { tiles * area } else { 0 }, 0.0f32)?;
         let finished = AtomicUsize::new(0);
         let stop = || cancelled(execution);
-        let step =
-            Step { run: Run { first: 0, count: samples }, splits: Splits::new(samples), wanted: EVERYWHERE };
+        let splits = Splits::uniform(samples, self.diffraction.is_some());
+        let step = Step { run: Run { first: 0, count: samples }, splits, wanted: EVERYWHERE };
         let draw = |(scratch, sums): &mut (Borrowed<'_>, Vec<_>), tile, out, errors: Option<&mut [f32]>| {
             if stop() {
                 return Default::default();

@@ -1,5 +1,5 @@
 //! Sample points: one nested low-discrepancy sequence, keyed by (seed, stream, index) and nothing else,
-//! and the map from the unit square to the aperture's disk or polygon.
+//! and the maps from the unit square to the aperture's disk or polygon, the sun's disk and the pattern of diffraction.
 //!
 //! The sequence is Sobol's in base 2 (directions of S. Joe and F. Y. Kuo, SIAM J. Sci. Comput. 30 (2008),
 //! 2635-2654), Owen-scrambled by hashing (B. Burley, "Practical hash-based Owen scrambling", JCGT 9(4),
@@ -8,12 +8,14 @@
 
 mod aperture;
 mod cone;
+mod diffraction;
 mod points;
 pub mod runs;
 mod sobol;
 
 pub use aperture::{ApertureShape, disk_from_square, square_cell};
 pub use cone::{cone_direction, sun_shift, sun_square};
+pub use diffraction::{Diffraction, diffraction_square, intensity};
 pub use points::PointSet;
 pub use sobol::{chance, hash, scrambled_sobol, scrambled_sobol_pair, shuffled_radical_inverse};
 

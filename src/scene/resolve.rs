@@ -1,4 +1,4 @@
-//! From a description to optics: movements solved, and what cannot be drawn yet refused by name.
+//! From a description to optics: movements solved.
 
 use super::description::SceneDescription;
 use crate::camera::Camera;
@@ -32,22 +32,5 @@ impl SceneDescription {
             }
             placed
         })
-    }
-
-    /// Refuses by name what the scene asks for and rendering cannot do yet: nothing is silently ignored.
-    ///
-    /// # Errors
-    /// [`crate::error::ErrorKind::Invalid`] with the key's line.
-    pub fn refuse_unbuilt_effects(&self) -> Result<()> {
-        let asked = [(self.render.diffraction, "render.diffraction", "diffraction = false")];
-        for (is_asked, key, instead) in asked {
-            if is_asked {
-                return Err(self
-                    .document
-                    .error(key, format!("`{key}` cannot be rendered yet"))
-                    .remedy(format!("use {instead}")));
-            }
-        }
-        Ok(())
     }
 }

@@ -7,8 +7,9 @@
 //! negative, and `1/w = l0 + l1 + l2` orders depth.
 
 use glam::{DMat3, DVec2, DVec3};
-use groundglass::sampling;
+use groundglass::sampling::{self, ApertureShape, Diffraction};
 use groundglass::scene::{Budget, NONE, Scene, Sun, Texture};
+use std::sync::{Arc, Mutex};
 
 /// A pixel's mean, and how many of its samples lie so near to an edge, or two surfaces so near to each
 /// other, that single precision may decide otherwise.
@@ -28,12 +29,55 @@ pub fn pixel(scene: &Scene, i: u32, j: u32) -> Pixel {
         let (u, v) = (f64::from(s.lens[0]) * r, f64::from(s.lens[1]) * r);
         let x = 2.0 * (f64::from(i) + f64::from(s.pixel[0])) / f64::from(scene.render.width) - 1.0;
         let y = 1.0 - 2.0 * (f64::from(j) + f64::from(s.pixel[1])) / f64::from(scene.render.height);
+        let d = displacement(scene, (i, j), stream, k);
+        let (x, y) = (x + d.x, y + d.y);
         let toward = scene.sun.as_ref().map(|sun| sun_direction(scene, sun, (i, j), stream, k));
         let (color, doubt) = radiance(scene, u, v, x, y, toward);
         out.mean += color / f64::from(n);
         out.in_doubt += u32::from(doubt);
     }
     out
+}
+
+/// Patterns that were made before.
+static PATTERNS: Mutex<Vec<(ApertureShape, Arc<Diffraction>)>> = Mutex::new(Vec::new());
+
+fn pattern(shape: ApertureShape) -> Arc<Diffraction> {
+    let mut patterns = PATTERNS.lock().unwrap();
+    if let Some((_, pattern)) = patterns.iter().find(|(known, _)| *known == shape) {
+        return pattern.clone();
+    }
+    let pattern = Arc::new(Diffraction::new(&shape));
+    patterns.push((shape, pattern.clone()));
+    pattern
+}
+
+/// How far diffraction displaces the film point of a sample, in half pictures to the right and up. Distance and direction are
+/// those of the middle of the square of 32 x 32 pixels.
+fn displacement(scene: &Scene, (i, j): (u32, u32), stream: u64, k: u32) -> DVec2 {
+    if !scene.render.diffraction {
+        return DVec2::ZERO;
+    }
+    let square = sampling::diffraction_square(scene.render.seed, stream, k);
+    let [u, v] = pattern(scene.aperture_shape()).from_square(square);
+    let optics = &scene.optics;
+    let film = optics.camera().film;
+    let (width, height) = (film.width.as_metres(), film.height.as_metres());
+    let middle = |i: u32, size: u32| f64::from(i / 32 * 32 + 16) / f64::from(size) - 0.5;
+    let point =
+        optics.film_point(-middle(i, scene.render.width) * width, middle(j, scene.render.height) * height);
+    let r = point.length();
+    let c = point / r;
+    // The phase 2 pi s.t / (lambda r) is k.s / R for the lens point s and the aperture's radius R.
+    let wanted = DVec2::new(u, v) * 550e-9 * r / (std::f64::consts::TAU * optics.aperture_radius());
+    let ((ex, ey), (fx, fy)) = (optics.lens_axes(), optics.film_axes());
+    let across = |d: DVec3| {
+        let t = d - c * c.dot(d);
+        DVec2::new(t.dot(ex), t.dot(ey))
+    };
+    let (a, b) = (across(fx), across(fy));
+    let d = DVec2::new(wanted.perp_dot(b), a.perp_dot(wanted)) / a.perp_dot(b);
+    DVec2::new(-2.0 * d.x / width, -2.0 * d.y / height)
 }
 
 struct Hit {

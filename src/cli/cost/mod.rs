@@ -48,7 +48,6 @@ const QUICK_WIDTH: u32 = 160;
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let threads = stats::threads(arguments.threads);
     let input = input::read(&arguments.scene)?.within(arguments.memory, threads);
-    input.scene.refuse_unbuilt_effects()?;
     let usual = if arguments.quick { QUICK_WIDTH } else { WIDTH };
     let mut scene = input.load_at(Some(arguments.width.map_or(usual, |width| width.0)))?;
     arguments.effects.apply(&mut scene)?;

@@ -1,0 +1,65 @@
+//! Whether diffraction can be seen: its first dark ring against the pixel, the smallest blur in view and the brightest light.
+
+use super::pixels;
+use super::seen::Seen;
+use crate::scene::{EffectName, Scene};
+
+/// The first dark ring below this many pixels across is under the pixel's own filter: of a ring `D` pixels across, about
+/// `0.08 D` of the light goes farther than a pixel (`2 / (pi k)` beyond the frequency `k`).
+const AIRY_PX: f64 = 0.1;
+
+/// Diffraction this much smaller than the smallest blur in view is under the blur.
+const AIRY_OF_BLUR: f64 = 0.02;
+
+/// The frequency of Airy's first dark ring, the first zero of J1, at an aperture of radius 1.
+const FIRST_DARK: f64 = 3.831_705_970_207_512;
+
+/// Whether it is seen, and the number that says so. `part` is the change that is taken for nothing, as a part of the usual one.
+pub(super) fn reason(scene: &Scene, seen: &Seen, part: f64) -> (bool, String) {
+    if scene.optics.aperture_radius() == 0.0 {
+        return (false, "a pinhole".into());
+    }
+    if seen.triangles == 0 {
+        return (false, "0 triangles in view, threshold 1".into());
+    }
+    let ring = first_ring(scene);
+    let blur = seen.blur.map_or(0.0, |blur| blur[1]);
+    // What a light sends far is seen if it is only bright enough.
+    let light = brightest(scene, seen).max(1.0);
+    let (threshold, under) = (part * AIRY_PX / light, AIRY_OF_BLUR / light);
+    let because = format!(
+        "first dark ring {ring:.3} px across, threshold {threshold:.3} px and {under:.3} of the smallest blur in view, {}, \
+         for light up to {light:.1}",
+        pixels(blur)
+    );
+    (ring >= threshold && ring >= under * blur, because)
+}
+
+/// Whether it is in the picture, whatever says so.
+pub(super) fn is_in(scene: &Scene, part: f64, seen: impl FnOnce() -> Seen) -> bool {
+    let (choice, name) = (scene.render.effects, EffectName::Diffraction);
+    scene.render.diffraction
+        && scene.optics.aperture_radius() > 0.0
+        && !choice.without.has(name)
+        && (choice.all || choice.with.has(name) || reason(scene, &seen(), part).0)
+}
+
+/// How far the first dark ring of a disk is across, pixels: at the corners or the middle of the film, whichever is largest.
+fn first_ring(scene: &Scene) -> f64 {
+    let film = scene.optics.camera().film;
+    let (width, height) = (film.width.as_metres(), film.height.as_metres());
+    let pixels = [f64::from(scene.render.width) / width, f64::from(scene.render.height) / height];
+    let places = [(0.0, 0.0), (-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)];
+    let of = |(x, y): (f64, f64)| {
+        let film_from_k = scene.optics.diffraction_at(x * width, y * height);
+        (film_from_k.row(0).length() * pixels[0]).max(film_from_k.row(1).length() * pixels[1])
+    };
+    2.0 * FIRST_DARK * places.into_iter().map(of).fold(0.0, f64::max)
+}
+
+/// The brightest light of its own in view, as shown.
+fn brightest(scene: &Scene, seen: &Seen) -> f64 {
+    let lights = scene.surfaces.materials.iter().zip(&seen.materials).filter(|(_, is_seen)| **is_seen);
+    let most = lights.flat_map(|(material, _)| material.emission).fold(0.0f32, f32::max);
+    f64::from(most) * libm::exp2(scene.render.exposure_ev)
+}
