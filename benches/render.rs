@@ -8,8 +8,10 @@
 //! `cargo bench --bench render -- --quick`
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use groundglass::plan::RenderPlan;
+use groundglass::quantity::Angle;
 use groundglass::render::Stages;
-use groundglass::scene::{Budget, Memory, parse};
+use groundglass::scene::{Budget, EffectName, Memory, parse};
 use groundglass::{Execution, Scene, render};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -124,5 +126,29 @@ fn pictures(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, loading, stages, pictures);
+/// An effect that the scene asks for and the plan leaves out: beside each, the same scene that does not ask for it.
+fn left_out(c: &mut Criterion) {
+    let (plain, pixels) = sized(tower(), 480);
+    let mut bent = plain.clone();
+    bent.render.diffraction = true;
+    let mut shadowed = plain.clone();
+    shadowed.sun.as_mut().expect("the tower's sun").shadows = true;
+    shadowed.surfaces.build_hierarchy();
+    let mut soft = shadowed.clone();
+    soft.sun.as_mut().expect("the tower's sun").angular_diameter = Angle::degrees(0.001);
+    let mut group = c.benchmark_group("left out");
+    group.sample_size(20).throughput(Throughput::Elements(64 * pixels));
+    let pairs = [(EffectName::Diffraction, [plain, bent]), (EffectName::SoftShadows, [shadowed, soft])];
+    for (effect, scenes) in pairs {
+        for (scene, words) in scenes.iter().zip(["not asked for", "asked for"]) {
+            assert!(!RenderPlan::new(scene).active().has(effect));
+            group.bench_function(format!("{effect}, {words}"), |b| {
+                b.iter(|| render(scene, Execution { threads: Some(1), ..Execution::default() }));
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, loading, stages, pictures, left_out);
 criterion_main!(benches);
