@@ -1,5 +1,5 @@
 //! How long the figures of the book take, each and all, from the read file to the bytes of its SVG. The bounds: 20 ms a
-//! figure (without the picture that `view-pair` sets, and the model of 2.4 MB that it and `figure-1` read), one second for
+//! figure (without the picture that `view-pair` sets, and the model of 2.4 MB that it reads), one second for
 //! the book.
 
 use criterion::{Criterion, criterion_group, criterion_main};

@@ -264,3 +264,19 @@ fn parts_are_drawn_and_left_out_by_name() {
     assert!(has(&drawn(""), "wedge") && has(&drawn(""), "ray") && has(&drawn(""), "scale-bar"));
     assert!(!has(&some, "scale-bar") && has(&some, "panel-title"));
 }
+
+#[test]
+fn figure_1_draws_the_cameras_of_the_example_pictures() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let camera = |path: String| {
+        let text = std::fs::read_to_string(root.join(path)).unwrap();
+        let (first, last) = (text.find("[camera]").unwrap(), text.find("[[mesh]]").unwrap());
+        text[first..last].to_owned()
+    };
+    for name in ["a", "b", "c"] {
+        assert_eq!(
+            camera(format!("diagrams/figure-1/{name}.toml")),
+            camera(format!("examples/figure-1{name}.toml"))
+        );
+    }
+}
