@@ -27,6 +27,9 @@ pub const MOST_FOR_ERROR: u32 = 16_384;
 /// than too high. (Without, 11 of 40 small pictures had an error up to 1.1 times the one asked for.)
 const MARGIN: f64 = 0.97;
 
+/// What a round aims at, as a part of the squared error that is to be reached: falling short by little costs another round.
+const AIM: f64 = 0.97;
+
 /// How many standard deviations of the estimate are kept from the goal. A block's squared error is taken to be as
 /// uncertain as it is large.
 const DEVIATIONS: f64 = 1.3;
@@ -42,6 +45,9 @@ pub(super) enum Timed {
 /// many.
 const PILOT: usize = 11;
 const PILOT_TILES: usize = 24;
+
+/// Where so many times the pilot's samples are needed, it goes on to four times as many, to see how the error falls.
+const FAR: u32 = 8;
 
 /// What numbers of samples below [`FIRST_RUN`] take of its time, about (Sponza at 1280 x 1024).
 const FEWER: [(u32, f64); 4] = [(8, 0.8), (4, 0.65), (2, 0.5), (1, 0.0)];
@@ -140,13 +146,22 @@ impl<'a> Progressive<'a> {
 
     fn until_error(&mut self, error: f64, execution: &Execution<'_>) -> Result<()> {
         let columns = self.samples.columns_and_rows().0 as usize;
-        let pilot = self.pilot(execution)?;
+        let entries = self.entries_per_pixel();
+        let mut pilot = self.pilot(execution)?;
         let seen: f64 = pilot.iter().map(|block| f64::from(block.pixels)).sum();
-        let goal = MARGIN * MARGIN * error * error * 3.0 * seen;
-        let base =
-            allocate::base(&pilot, Goal::Error(goal), USUAL_FALL, MOST_FOR_ERROR, self.entries_per_pixel());
+        let goal = Goal::Error(MARGIN * MARGIN * error * error * 3.0 * seen);
+        let mut falling = USUAL_FALL;
+        let mut base = allocate::base(&pilot, goal, falling, MOST_FOR_ERROR, entries);
+        if base >= FAR * FIRST_RUN {
+            let wanted: Vec<u32> = self.blocks().iter().map(|block| 4 * block.samples).collect();
+            self.round(&wanted, execution, &|| false)?;
+            let more = self.seen_blocks();
+            falling = fall(&pilot, &more);
+            pilot = more;
+            base = allocate::base(&pilot, goal, falling, MOST_FOR_ERROR, entries);
+        }
         self.begin(base, execution)?;
-        let (mut falling, mut before) = (USUAL_FALL, Vec::<Block>::new());
+        let mut before = Vec::<Block>::new();
         loop {
             let goal = MARGIN * MARGIN * error * error * self.picture.values() / (1.0 + self.uncertainty());
             if self.squared_error() <= goal {
@@ -156,10 +171,12 @@ impl<'a> Progressive<'a> {
             if !before.is_empty() {
                 falling = fall(&before, &blocks);
             }
-            let mut wanted = allocate(&blocks, columns, Goal::Error(goal), falling, MOST_FOR_ERROR);
+            let mut wanted =
+                allocate(&blocks, columns, Goal::Error(AIM * goal), falling, MOST_FOR_ERROR, entries);
             if wanted.iter().zip(&blocks).all(|(&wanted, block)| wanted <= block.samples) {
                 // What was predicted is there and was not enough: ask for less, or be at the limit.
-                wanted = allocate(&blocks, columns, Goal::Error(0.8 * goal), falling, MOST_FOR_ERROR);
+                wanted =
+                    allocate(&blocks, columns, Goal::Error(0.8 * goal), falling, MOST_FOR_ERROR, entries);
                 if wanted.iter().zip(&blocks).all(|(&wanted, block)| wanted <= block.samples) {
                     return Ok(());
                 }
@@ -177,7 +194,12 @@ impl<'a> Progressive<'a> {
             |x: u32, y: u32| ((y / BLOCKS) as usize * tiles_x + (x / BLOCKS) as usize).is_multiple_of(stride);
         let wanted = self.by_block(|x, y| if is_pilot(x, y) { FIRST_RUN } else { 0 });
         self.round(&wanted, execution, &|| false)?;
-        Ok(self.blocks().into_iter().filter(|block| block.samples > 0).collect())
+        Ok(self.seen_blocks())
+    }
+
+    /// Those that have samples.
+    fn seen_blocks(&self) -> Vec<Block> {
+        self.blocks().into_iter().filter(|block| block.samples > 0).collect()
     }
 
     /// Begins again with so many samples at once for every pixel.
@@ -207,6 +229,7 @@ impl<'a> Progressive<'a> {
         let columns = self.samples.columns_and_rows().0 as usize;
         let pixels = self.pixels();
         let begun = clock();
+        let entries = self.entries_per_pixel();
         let pilot = self.pilot(execution)?;
         let seen: f64 = pilot.iter().map(|block| f64::from(block.pixels)).sum();
         let mut rate = seen * f64::from(FIRST_RUN) / (clock() - begun).max(1e-9);
@@ -218,8 +241,7 @@ impl<'a> Progressive<'a> {
         }
         // Of a larger first run more samples are drawn in a time; what is left over goes into rounds.
         let goal = Goal::Samples(left * rate * seen / pixels);
-        let base =
-            allocate::base(&pilot, goal, USUAL_FALL, allocate::MOST_FOR_TIME, self.entries_per_pixel());
+        let base = allocate::base(&pilot, goal, USUAL_FALL, allocate::MOST_FOR_TIME, entries);
         let begun = clock();
         self.begin(base, execution)?;
         rate = pixels * f64::from(base) / (clock() - begun).max(1e-9) / 1.4;
@@ -238,6 +260,7 @@ impl<'a> Progressive<'a> {
                 Goal::Samples(share * left * rate),
                 USUAL_FALL,
                 allocate::MOST_FOR_TIME,
+                entries,
             );
             let more = |(wanted, block): (&u32, &Block)| f64::from(block.pixels * (wanted - block.samples));
             let planned: f64 = wanted.iter().zip(&blocks).map(more).sum();
