@@ -135,7 +135,7 @@ fn left_out(c: &mut Criterion) {
     shadowed.sun.as_mut().expect("the tower's sun").shadows = true;
     shadowed.surfaces.build_hierarchy();
     let mut soft = shadowed.clone();
-    soft.sun.as_mut().expect("the tower's sun").angular_diameter = Angle::degrees(0.001);
+    soft.sun.as_mut().expect("the tower's sun").angular_diameter = Angle::degrees(0.0001);
     let mut group = c.benchmark_group("left out");
     group.sample_size(20).throughput(Throughput::Elements(64 * pixels));
     let pairs = [(EffectName::Diffraction, [plain, bent]), (EffectName::SoftShadows, [shadowed, soft])];

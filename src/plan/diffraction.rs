@@ -35,13 +35,22 @@ pub(super) fn reason(scene: &Scene, seen: &Seen, part: f64) -> (bool, String) {
     (ring >= threshold && ring >= under * blur, because)
 }
 
+/// Whether the ring is too small for the brightest light of the scene, in view or not: a look at the triangles is not needed.
+pub(super) fn is_hopeless(scene: &Scene, part: f64) -> bool {
+    let all = scene.surfaces.materials.iter().flat_map(|material| material.emission);
+    let light = f64::from(all.fold(0.0f32, f32::max)) * libm::exp2(scene.render.exposure_ev);
+    first_ring(scene) < part * AIRY_PX / light.max(1.0)
+}
+
 /// Whether it is in the picture, whatever says so.
 pub(super) fn is_in(scene: &Scene, part: f64, seen: impl FnOnce() -> Seen) -> bool {
     let (choice, name) = (scene.render.effects, EffectName::Diffraction);
     scene.render.diffraction
         && scene.optics.aperture_radius() > 0.0
         && !choice.without.has(name)
-        && (choice.all || choice.with.has(name) || reason(scene, &seen(), part).0)
+        && (choice.all
+            || choice.with.has(name)
+            || (!is_hopeless(scene, part) && reason(scene, &seen(), part).0))
 }
 
 /// How far the first dark ring of a disk is across, pixels: at the corners or the middle of the film, whichever is largest.

@@ -90,7 +90,11 @@ impl RenderPlan {
                 }
                 EffectName::SoftShadows => penumbra(scene) < scale * PENUMBRA_PX,
                 EffectName::Falloff => largest_falloff(scene) < scale * scale * FALLOFF,
-                EffectName::Diffraction => !diffraction::reason(scene, &Seen::new(scene), scale * scale).0,
+                EffectName::Diffraction => {
+                    let part = scale * scale;
+                    diffraction::is_hopeless(scene, part)
+                        || !diffraction::reason(scene, &Seen::new(scene), part).0
+                }
                 _ => false,
             };
             asks(scene, name) && !choice.all && !choice.with.has(name) && small()
