@@ -58,7 +58,7 @@ impl SimdLevel {
     }
 
     fn token(self) -> Option<Level> {
-        #[allow(unused_variables)]
+        #[allow(unused_variables, reason = "where there is only the plain level nothing asks for the best")]
         let best = Level::new();
         match self {
             Self::Scalar => Some(plain()),

@@ -3,7 +3,7 @@
 #![cfg(unix)]
 
 #[path = "common/scenes.rs"]
-#[allow(dead_code)]
+#[allow(dead_code, reason = "shared with tests that use the rest")]
 mod scenes;
 
 use glam::DVec3;
@@ -85,7 +85,7 @@ fn a_render_that_is_stopped_says_so() {
 
 /// A minute of wall-clock times, which a busy machine spoils: `cargo test --release --test cancel -- --ignored`.
 #[test]
-#[ignore = "times a quiet machine"]
+#[ignore = "times the machine for a minute and a half; run it with nothing beside"]
 fn a_render_stops_within_50_ms() {
     let mut wrong = Vec::new();
     let mut bar = |name: &str, scene: &Scene, whole: Option<Duration>| {

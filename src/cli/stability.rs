@@ -2,7 +2,7 @@
 //! a table, the figure file that shows it, and the drawing.
 
 use super::output;
-use groundglass::error::{Error, ErrorKind, Result};
+use groundglass::error::Result;
 use groundglass::stability::maps;
 use std::path::PathBuf;
 
@@ -15,13 +15,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let folder = &arguments.output;
-    std::fs::create_dir_all(folder).map_err(|error| {
-        let text = error.to_string();
-        let reason = text.split(" (os error").next().unwrap_or_default().to_lowercase();
-        Error::new(ErrorKind::Io, format!("the folder cannot be made: {reason}"))
-            .in_file(folder.display().to_string())
-            .remedy("give another folder with -o")
-    })?;
+    std::fs::create_dir_all(folder).map_err(|error| output::broken(folder, &error))?;
     for map in maps() {
         let svg = map.draw()?.to_svg()?;
         for (ending, text) in [("csv", &map.csv), ("toml", &map.figure), ("svg", &svg)] {

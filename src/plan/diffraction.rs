@@ -25,8 +25,8 @@ pub(super) fn reason(scene: &Scene, seen: &Seen, part: f64) -> (bool, String) {
     let ring = first_ring(scene);
     let blur = seen.blur.map_or(0.0, |blur| blur[1]);
     // What a light sends far is seen if it is only bright enough.
-    let light = brightest(scene, seen).max(1.0);
-    let (threshold, under) = (part * AIRY_PX / light, AIRY_OF_BLUR / light);
+    let light = brightest(scene, |material| seen.materials.get(material).is_some_and(|&is_seen| is_seen));
+    let (threshold, under) = (threshold(part, light), AIRY_OF_BLUR / light);
     let because = format!(
         "first dark ring {ring:.3} px across, threshold {threshold:.3} px and {under:.3} of the smallest blur in view, {}, \
          for light up to {light:.1}",
@@ -35,22 +35,17 @@ pub(super) fn reason(scene: &Scene, seen: &Seen, part: f64) -> (bool, String) {
     (ring >= threshold && ring >= under * blur, because)
 }
 
-/// Whether the ring is too small for the brightest light of the scene, in view or not: a look at the triangles is not needed.
-pub(super) fn is_hopeless(scene: &Scene, part: f64) -> bool {
-    let all = scene.surfaces.materials.iter().flat_map(|material| material.emission);
-    let light = f64::from(all.fold(0.0f32, f32::max)) * libm::exp2(scene.render.exposure_ev);
-    first_ring(scene) < part * AIRY_PX / light.max(1.0)
-}
-
-/// Whether it is in the picture, whatever says so.
-pub(super) fn is_in(scene: &Scene, part: f64, seen: impl FnOnce() -> Seen) -> bool {
+/// Whether it is in the picture, whatever says so. What is `seen` is asked for only where the ring is large enough for the
+/// brightest light of the scene, in view or not.
+pub(super) fn is_in<'a>(scene: &Scene, part: f64, seen: impl FnOnce() -> &'a Seen) -> bool {
     let (choice, name) = (scene.render.effects, EffectName::Diffraction);
     scene.render.diffraction
         && scene.optics.aperture_radius() > 0.0
         && !choice.without.has(name)
         && (choice.all
             || choice.with.has(name)
-            || (!is_hopeless(scene, part) && reason(scene, &seen(), part).0))
+            || (first_ring(scene) >= threshold(part, brightest(scene, |_| true))
+                && reason(scene, seen(), part).0))
 }
 
 /// How far the first dark ring of a disk is across, pixels: at the corners or the middle of the film, whichever is largest.
@@ -66,9 +61,14 @@ fn first_ring(scene: &Scene) -> f64 {
     2.0 * FIRST_DARK * places.into_iter().map(of).fold(0.0, f64::max)
 }
 
-/// The brightest light of its own in view, as shown.
-fn brightest(scene: &Scene, seen: &Seen) -> f64 {
-    let lights = scene.surfaces.materials.iter().zip(&seen.materials).filter(|(_, is_seen)| **is_seen);
-    let most = lights.flat_map(|(material, _)| material.emission).fold(0.0f32, f32::max);
-    f64::from(most) * libm::exp2(scene.render.exposure_ev)
+/// The smallest ring that is seen with light of this brightness, pixels.
+fn threshold(part: f64, light: f64) -> f64 {
+    part * AIRY_PX / light
+}
+
+/// The brightest light of their own that materials of these numbers give, as shown; at least white.
+fn brightest(scene: &Scene, counts: impl Fn(usize) -> bool) -> f64 {
+    let lights = scene.surfaces.materials.iter().enumerate().filter(|(number, _)| counts(*number));
+    let most = lights.flat_map(|(_, material)| material.emission).fold(0.0f32, f32::max);
+    (f64::from(most) * libm::exp2(scene.render.exposure_ev)).max(1.0)
 }

@@ -6,10 +6,11 @@
 mod diffraction;
 mod seen;
 
-use crate::scene::{Budget, EffectName, EffectSet, Scene};
+use crate::scene::{Budget, EffectName, EffectSet, Scene, bounds};
 use glam::DVec3;
 use seen::Seen;
 use serde::Serialize;
+use std::cell::OnceCell;
 
 /// Blur below this many pixels is not worth a lens: half of it is under the pixel's own box filter. (A disk of diameter d
 /// adds d^2 / 16 to the variance along an axis, and a pixel's square has 1/12: at a quarter of a pixel that is 5 % more.)
@@ -80,21 +81,19 @@ impl RenderPlan {
     pub(crate) fn active_in(scene: &Scene) -> EffectSet {
         let choice = scene.render.effects;
         let scale = (tolerance(scene) / TOLERANCE).sqrt();
+        let seen = OnceCell::new();
+        let has_diffraction =
+            || diffraction::is_in(scene, scale * scale, || seen.get_or_init(|| Seen::new(scene)));
         // Only these are worth leaving out; what is not in view costs nothing anyway.
         let dropped = |name: EffectName| {
             let small = || match name {
                 EffectName::Defocus => !Seen::has_blur_of(scene, scale * BLUR_PX),
                 EffectName::ApertureShape => {
-                    !Seen::has_blur_of(scene, scale * SHAPE_PX)
-                        && !diffraction::is_in(scene, scale * scale, || Seen::new(scene))
+                    !Seen::has_blur_of(scene, scale * SHAPE_PX) && !has_diffraction()
                 }
                 EffectName::SoftShadows => penumbra(scene) < scale * PENUMBRA_PX,
                 EffectName::Falloff => largest_falloff(scene) < scale * scale * FALLOFF,
-                EffectName::Diffraction => {
-                    let part = scale * scale;
-                    diffraction::is_hopeless(scene, part)
-                        || !diffraction::reason(scene, &Seen::new(scene), part).0
-                }
+                EffectName::Diffraction => !has_diffraction(),
                 _ => false,
             };
             asks(scene, name) && !choice.all && !choice.with.has(name) && small()
@@ -199,7 +198,7 @@ fn reason(scene: &Scene, seen: &Seen, name: EffectName, scale: f64) -> (bool, bo
                     blades.count,
                     pixels(largest)
                 );
-                let has_star = diffraction::is_in(scene, scale * scale, || seen.clone());
+                let has_star = diffraction::is_in(scene, scale * scale, || seen);
                 let because = if has_star { because + ", and diffraction shows it" } else { because };
                 (true, largest >= threshold || has_star, because)
             }
@@ -227,9 +226,7 @@ fn pixels(number: f64) -> String {
 /// of them is drawn. Pixels.
 fn penumbra(scene: &Scene) -> f64 {
     let Some(sun) = &scene.sun else { return 0.0 };
-    let positions = &scene.surfaces.positions;
-    let low = positions.iter().fold(DVec3::INFINITY, |sum, &p| sum.min(p));
-    let high = positions.iter().fold(DVec3::NEG_INFINITY, |sum, &p| sum.max(p));
+    let [low, high] = bounds(&scene.surfaces.positions);
     let extent = if low.cmple(high).all() { (high - low).length() } else { 0.0 };
     let eye = scene.optics.world_from_lens().point(DVec3::ZERO);
     let nearest = (eye.clamp(low.min(high), high.max(low)) - eye).length();

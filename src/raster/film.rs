@@ -6,7 +6,7 @@ use super::TILE;
 use super::view::View;
 use fearless_simd::{Simd, f64x8};
 use glam::{DVec3, DVec4};
-use std::ops::{Add, Neg, Sub};
+use std::ops::{Add, Mul, Neg, Sub};
 
 /// The film about one tile's centre.
 pub(crate) struct TileFilm {
@@ -27,36 +27,23 @@ pub(crate) struct TileFilm {
 }
 
 /// One number, or several side by side.
-pub(super) trait Number: Copy + Add<Output = Self> + Sub<Output = Self> + Neg<Output = Self> {
-    fn times(self, factor: f64) -> Self;
-    fn by(self, factor: Self) -> Self;
+pub(super) trait Number:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Neg<Output = Self>
+    + Mul<Output = Self>
+    + Mul<f64, Output = Self>
+{
 }
 
-impl Number for f64 {
-    #[inline(always)]
-    fn times(self, factor: f64) -> Self {
-        self * factor
-    }
-    #[inline(always)]
-    fn by(self, factor: Self) -> Self {
-        self * factor
-    }
-}
+impl Number for f64 {}
 
-impl<S: Simd> Number for f64x8<S> {
-    #[inline(always)]
-    fn times(self, factor: f64) -> Self {
-        self * factor
-    }
-    #[inline(always)]
-    fn by(self, factor: Self) -> Self {
-        self * factor
-    }
-}
+impl<S: Simd> Number for f64x8<S> {}
 
 #[inline(always)]
 pub(super) fn cross<T: Number>(a: [T; 3], b: [T; 3]) -> [T; 3] {
-    [a[1].by(b[2]) - b[1].by(a[2]), a[2].by(b[0]) - b[2].by(a[0]), a[0].by(b[1]) - b[0].by(a[1])]
+    [a[1] * b[2] - b[1] * a[2], a[2] * b[0] - b[2] * a[0], a[0] * b[1] - b[0] * a[1]]
 }
 
 #[inline(always)]
@@ -68,9 +55,9 @@ pub(super) fn minus<T: Number>(a: [T; 3], b: [T; 3]) -> [T; 3] {
 #[inline(always)]
 fn part<T: Number>(m: [T; 3], d: [T; 3], p: DVec3, weight: f64, radius: f64) -> [T; 3] {
     [
-        -(m[0].times(p.x) + m[1].times(p.y) + m[2].times(p.z)),
-        (m[0].times(weight) + (d[1].times(p.z) - d[2].times(p.y))).times(radius),
-        (m[1].times(weight) + (d[2].times(p.x) - d[0].times(p.z))).times(radius),
+        -(m[0] * p.x + m[1] * p.y + m[2] * p.z),
+        (m[0] * weight + (d[1] * p.z - d[2] * p.y)) * radius,
+        (m[1] * weight + (d[2] * p.x - d[0] * p.z)) * radius,
     ]
 }
 

@@ -77,6 +77,23 @@ pub(crate) struct Batch {
     pub odd: u16,
 }
 
+impl Batch {
+    /// No samples yet, in this cell.
+    pub(crate) const fn of_cell(cell: usize) -> Self {
+        Self {
+            cell,
+            u: [0.0; LANES],
+            v: [0.0; LANES],
+            x: [0.0; LANES],
+            y: [0.0; LANES],
+            pixel: [0; LANES],
+            index: [0; LANES],
+            live: 0,
+            odd: 0,
+        }
+    }
+}
+
 /// All samples of a tile: batches of 16, each of which visits every block of `width` x `height` pixels.
 #[derive(Clone, Debug)]
 pub(crate) struct Pattern {

@@ -165,17 +165,8 @@ struct Moved<'a> {
 fn together(chunk: &[Moved<'_>], classes: &[f64; CLASSES.len()]) -> Batch {
     let farthest = chunk.last().map_or(0.0, |moved| moved.part);
     let class = classes.iter().position(|&part| farthest <= part).unwrap_or(CLASSES.len() - 1);
-    let mut out = Batch {
-        cell: chunk.first().map_or(0, |moved| moved.batch.cell) * CLASSES.len() + class,
-        u: [0.0; LANES],
-        v: [0.0; LANES],
-        x: [0.0; LANES],
-        y: [0.0; LANES],
-        pixel: [0; LANES],
-        index: [0; LANES],
-        live: 0,
-        odd: 0,
-    };
+    let cell = chunk.first().map_or(0, |moved| moved.batch.cell);
+    let mut out = Batch::of_cell(cell * CLASSES.len() + class);
     for (to, &Moved { batch, lane: from, by, .. }) in chunk.iter().enumerate().take(LANES) {
         out.u[to] = batch.u[from];
         out.v[to] = batch.v[from];

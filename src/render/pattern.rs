@@ -165,17 +165,7 @@ pub(super) fn pattern(
     }
     let mut batches = Vec::new();
     for chunk in members.iter().flat_map(|cluster| cluster.chunks(LANES)) {
-        let mut batch = Batch {
-            cell: chunk[0].2,
-            u: [0.0; LANES],
-            v: [0.0; LANES],
-            x: [0.0; LANES],
-            y: [0.0; LANES],
-            pixel: [0; LANES],
-            index: [0; LANES],
-            live: 0,
-            odd: 0,
-        };
+        let mut batch = Batch::of_cell(chunk[0].2);
         for (lane, &(index, pixel, _, sample)) in chunk.iter().enumerate() {
             batch.u[lane] = sample.lens[0];
             batch.v[lane] = sample.lens[1];

@@ -14,7 +14,7 @@ pub mod runs;
 mod sobol;
 
 pub use aperture::{ApertureShape, disk_from_square, square_cell};
-pub use cone::{cone_direction, sun_shift, sun_square};
+pub(crate) use cone::{cone_direction, sun_shift, sun_square};
 pub use diffraction::{Diffraction, diffraction_square, intensity};
 pub use points::PointSet;
 pub use sobol::{chance, hash, scrambled_sobol, scrambled_sobol_pair, shuffled_radical_inverse};
@@ -76,7 +76,7 @@ pub fn sample_of(points: PointSet, shape: &ApertureShape, seed: u64, stream: u64
 }
 
 /// What names pixel `(x, y)` of a picture, for what is chosen for it alone.
-pub fn pixel_key(seed: u64, x: u32, y: u32) -> u64 {
+pub(crate) fn pixel_key(seed: u64, x: u32, y: u32) -> u64 {
     hash(hash(seed, u64::from(x)), u64::from(y))
 }
 

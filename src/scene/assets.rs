@@ -17,12 +17,12 @@ use super::normalize::{normalize, shown, too_large};
 use super::obj::{self, Target};
 use super::pictures::Pictures;
 use super::source::Source;
+use super::surfaces::bounds;
 use super::text::readings;
 use super::texture::{Texture, Use};
 use super::warnings::Warnings;
 use crate::error::{Error, Result, Warning};
 use crate::threads::on_threads;
-use glam::DVec3;
 
 /// Longest OBJ file, in bytes: some ten million triangles.
 const OBJ_LIMIT: u64 = 1 << 30;
@@ -182,8 +182,7 @@ impl<'a> AssetLoader<'a> {
         if chosen.plain {
             materials.push(Material::default_surface());
         }
-        let start = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        let bounds = geometry.positions.iter().fold(start, |[low, high], &p| [low.min(p), high.max(p)]);
+        let bounds = bounds(&geometry.positions);
         Ok(Model {
             positions: geometry.positions,
             normals: geometry.normals,

@@ -4,7 +4,7 @@
 //! depends on the meshes alone and is part of loading. Split by the surface area heuristic over bins (I. Wald, "On
 //! fast construction of SAH-based bounding volume hierarchies", 2007).
 
-use super::surfaces::Surfaces;
+use super::surfaces::{Surfaces, bounds};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -78,10 +78,7 @@ impl Bounds {
 
 impl Hierarchy {
     pub(crate) fn new(surfaces: &Surfaces) -> Self {
-        let (low, high) = surfaces
-            .positions
-            .iter()
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+        let [low, high] = bounds(&surfaces.positions);
         // Single precision is enough to sort with, and coordinates are brought to where its squares are finite.
         let center = 0.5 * low + 0.5 * high;
         let size = (high - low).max_element();

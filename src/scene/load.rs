@@ -8,7 +8,7 @@ use super::effects::EffectChoice;
 use super::file::SceneFile;
 use super::source::Source;
 use super::source_files::Files;
-use super::surfaces::{Placement, Surfaces};
+use super::surfaces::{Placement, Surfaces, bounds};
 use crate::error::{Error, Place, Result, Warning};
 use crate::optics::Optics;
 use crate::quantity::Length;
@@ -188,9 +188,7 @@ impl SceneDescription {
                 Placement { scale: entry.scale, rotate_y: entry.rotate_y, translate: entry.translate };
             let first = surfaces.positions.len();
             surfaces.add(model, &placement).map_err(|error| error.at(self.mesh_place(index)))?;
-            let start = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-            let bounds =
-                surfaces.positions[first..].iter().fold(start, |[low, high], &p| [low.min(p), high.max(p)]);
+            let bounds = bounds(&surfaces.positions[first..]);
             meshes.push(MeshSummary {
                 path: entry.path.clone(),
                 placement,

@@ -32,6 +32,7 @@ mod source_files;
 pub mod starter;
 mod starter_measure;
 mod starter_view;
+mod sunlight;
 mod surfaces;
 mod text;
 mod texture;
@@ -64,6 +65,7 @@ pub use texture::{Level, Texture, is_decoding};
 pub(crate) use file::{CameraTable, FocusTable, MeshTable, PlaneTable, RenderTable, SceneTables, SkyTable};
 pub(crate) use schema::of as schema_of;
 pub(crate) use shape::{check as check_shape, nearest};
+pub(crate) use surfaces::bounds;
 
 #[cfg(test)]
 mod tests;

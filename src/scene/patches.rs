@@ -5,7 +5,7 @@
 //! scene a pixel's 16 samples then see 1.5 different things instead of 2.5.
 
 use super::mesh::NONE;
-use super::surfaces::Surfaces;
+use super::surfaces::{Surfaces, bounds};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -66,8 +66,7 @@ impl Patches {
     /// With `coplanar`, patches lie in one plane even where only their normals show.
     pub(crate) fn new(surfaces: &Surfaces, coplanar: bool) -> Self {
         let count = surfaces.triangles.len();
-        let low = surfaces.positions.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
-        let high = surfaces.positions.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+        let [low, high] = bounds(&surfaces.positions);
         let (center, extent) = (0.5 * (low + high), (high - low).max_element());
         let thickness = if coplanar { PLANE * extent } else { f64::INFINITY };
         let mut keyed: Vec<(u64, u32)> = (0..count)

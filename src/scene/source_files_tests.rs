@@ -108,17 +108,24 @@ fn the_kernels_own_files_are_refused() -> Done {
     Ok(())
 }
 
+/// A folder with `sub/a.png` and `b.png`, and one outside with files of the same names that must not be read.
+fn good_and_secret(top: &Path) -> std::io::Result<(PathBuf, PathBuf)> {
+    let (inside, outside) = (top.join("in"), top.join("out"));
+    for (folder, text) in [(&inside, "good"), (&outside, "secret")] {
+        fs::create_dir_all(folder.join("sub"))?;
+        fs::write(folder.join("sub/a.png"), text)?;
+        fs::write(folder.join("b.png"), text)?;
+    }
+    Ok((inside, outside))
+}
+
 /// What was found is what is read: a link or pipe that takes its place in between, or a folder's on the way, is not
 /// followed.
 #[test]
 fn what_is_swapped_after_it_was_found_is_not_followed() -> Done {
     let top = tempfile::tempdir()?;
     let top = top.path().canonicalize()?;
-    let (inside, outside) = (top.join("in"), top.join("out"));
-    for folder in [&inside, &outside] {
-        fs::create_dir_all(folder.join("sub"))?;
-        fs::write(folder.join("sub/a.png"), if folder == &inside { "good" } else { "secret" })?;
-    }
+    let (inside, outside) = good_and_secret(&top)?;
     let files = Files::under(&inside)?;
     let found = files.asset(&inside, "sub/a.png", std::slice::from_ref(&inside))?;
     assert_eq!(files.read(&found, 9)?.as_ref(), b"good");
@@ -145,12 +152,7 @@ fn a_race_between_check_and_open_is_never_won() -> Done {
     use rustix::fs::{CWD, RenameFlags, renameat_with};
     let top = tempfile::tempdir()?;
     let top = top.path().canonicalize()?;
-    let (inside, outside) = (top.join("in"), top.join("out"));
-    for folder in [&inside, &outside] {
-        fs::create_dir_all(folder.join("sub"))?;
-        fs::write(folder.join("sub/a.png"), if folder == &inside { "good" } else { "secret" })?;
-        fs::write(folder.join("b.png"), if folder == &inside { "good" } else { "secret" })?;
-    }
+    let (inside, outside) = good_and_secret(&top)?;
     symlink(outside.join("sub"), inside.join("link"))?;
     symlink(outside.join("b.png"), inside.join("link.png"))?;
     let swap =

@@ -153,3 +153,8 @@ impl Surfaces {
         self.triangles[t].map(|i| self.positions[i as usize])
     }
 }
+/// The lowest and the highest coordinates of points; infinite the wrong way round where there are none.
+pub(crate) fn bounds(points: &[DVec3]) -> [DVec3; 2] {
+    let start = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    points.iter().fold(start, |[low, high], &p| [low.min(p), high.max(p)])
+}

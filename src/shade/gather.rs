@@ -241,48 +241,26 @@ fn interpolate(
     sum * (1.0 / 65535.0)
 }
 
-/// As [`sums`], each sample's colour times its weight.
+/// As [`sums`], and the same with each sample's colour times its weight: both from one reading of the texels.
 #[cfg_attr(not(target_family = "wasm"), inline(always))]
 #[cfg_attr(target_family = "wasm", inline(never))]
-pub(crate) fn weighted<S: Simd>(
+pub(crate) fn sums_and_weighted<S: Simd>(
     simd: S,
     choice: Choice<'_>,
-    [right, down]: [f32x16<S>; 2],
+    at: [f32x16<S>; 2],
     (lanes, odd): (u16, u16),
     weights: &[f32; LANES],
-) -> [Vec4; 2] {
-    let texels = &choice.level.texels[..];
-    let texel = |place: u32| {
-        let [r, g, b, a] = texels.get(place as usize).copied().unwrap_or_default();
-        Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a))
-    };
-    let mut sums = [Vec4::ZERO; 2];
-    let mut add = |lane: usize, color: Vec4| {
-        sums[usize::from(odd >> lane & 1)] += color * (weights[lane] * (1.0 / 65535.0));
-    };
+) -> [[Vec4; 2]; 2] {
+    let mut colors = [Vec4::ZERO; LANES];
+    each(simd, choice, at, lanes, &mut colors);
+    let mut sums = [[Vec4::ZERO; 2]; 2];
     let mut rest = lanes;
-    if choice.nearest {
-        let steps = (right * choice.right.size + choice.right.part).floor();
-        let (column, _) = wrap(simd, choice.right, steps, 0.0);
-        let steps = (down * choice.down.size + choice.down.part).floor();
-        let (row, _) = wrap(simd, choice.down, steps, 0.0);
-        let places = (row * u32x16::splat(simd, choice.level.width) + column).to_array();
-        while rest != 0 {
-            let lane = rest.trailing_zeros() as usize % LANES;
-            rest &= rest - 1;
-            add(lane, texel(places[lane]));
-        }
-        return sums;
-    }
-    let Between { corners, fx, fy } = between(simd, choice, right, down);
-    let (fx, fy) = (fx.to_array(), fy.to_array());
     while rest != 0 {
         let lane = rest.trailing_zeros() as usize % LANES;
         rest &= rest - 1;
-        let [a, b, c, d] = [0, 1, 2, 3].map(|corner: usize| texel(corners[corner][lane]));
-        let top = a + (b - a) * fx[lane];
-        let bottom = c + (d - c) * fx[lane];
-        add(lane, top + (bottom - top) * fy[lane]);
+        let half = usize::from(odd >> lane & 1);
+        sums[0][half] += colors[lane];
+        sums[1][half] += colors[lane] * weights[lane];
     }
     sums
 }

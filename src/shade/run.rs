@@ -11,7 +11,7 @@ use super::samples::{Places, Rays, Samples, Sums};
 use super::{Shader, filter, gather};
 use crate::raster::LANES;
 use crate::raster::visibility::Group;
-use crate::scene::Texture;
+use crate::scene::{Material, Texture};
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, f32x16};
 use glam::{Vec3, Vec4};
@@ -45,12 +45,7 @@ fn surface<S: Simd>(
     let material = &shader.surfaces.materials[look.material as usize];
     let diffuse = Vec3::from(material.diffuse);
     let emission = Vec3::from(material.emission);
-    let texture = match (&material.diffuse_map, &look.texture) {
-        (Some(map), Some(functions)) => {
-            Some((&**map, functions, Coordinates::of_batch(simd, functions, samples.batch)))
-        }
-        _ => None,
-    };
+    let texture = textured(simd, material, look, samples);
     // Most groups of a run read the same level.
     let mut choice: Option<(usize, Choice<'_>)> = None;
     for chunk in groups.chunks(LANES) {
@@ -99,6 +94,18 @@ fn surface<S: Simd>(
             samples.add(group, colors, sums);
         }
     }
+}
+
+/// A surface's texture, with its coordinates in the tile and at the samples of the batch.
+#[inline(always)]
+pub(super) fn textured<'a, S: Simd>(
+    simd: S,
+    material: &'a Material,
+    look: &'a Look,
+    samples: &Samples<'_>,
+) -> Option<(&'a Texture, &'a Bilinear4, Coordinates<S>)> {
+    let (map, functions) = (material.diffuse_map.as_deref()?, look.texture.as_ref()?);
+    Some((map, functions, Coordinates::of_batch(simd, functions, samples.batch)))
 }
 
 /// The texels at the first `count` of 16 places of single samples.

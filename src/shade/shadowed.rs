@@ -6,7 +6,7 @@
 use super::coordinates::Coordinates;
 use super::filter::Choice;
 use super::look::Look;
-use super::run::{facing, single_texels};
+use super::run::{facing, single_texels, textured};
 use super::samples::{Rays, Samples, Sums};
 use super::shadows::SunRays;
 use super::sun::{Asking, ShadowSun, SurfacePlane, directions};
@@ -93,7 +93,7 @@ fn normals<S: Simd>(
 }
 
 /// Sets the weight of up to 16 samples: the cosine of their sun's height over the surface, or 0 in its shadow.
-#[expect(clippy::too_many_arguments)]
+#[expect(clippy::too_many_arguments, reason = "what stands for one packet, apart from what it changes")]
 fn trace(
     level: Level,
     plane: &SurfacePlane,
@@ -221,12 +221,7 @@ fn surface<S: Simd>(
     let (diffuse, emission) = (Vec3::from(material.diffuse), Vec3::from(material.emission));
     let color = diffuse * shader.sun.map_or(Vec3::ZERO, |(_, color)| color);
     let ambient = diffuse * shader.ambient;
-    let texture = match (&material.diffuse_map, &look.texture) {
-        (Some(map), Some(functions)) => {
-            Some((&**map, functions, Coordinates::of_batch(simd, functions, samples.batch)))
-        }
-        _ => None,
-    };
+    let texture = textured(simd, material, look, samples);
     let mut texels = [Vec4::ONE; LANES];
     let mut squares = [0.0; LANES];
     if let Some((map, functions, _)) = &texture {
@@ -258,13 +253,13 @@ fn surface<S: Simd>(
                 let corner = samples.corner(group);
                 let (x, y) = (f32x16::splat(simd, corner.x), f32x16::splat(simd, corner.y));
                 let at = coordinates.at(simd, x, y).usable(simd);
-                let all = gather::sums(simd, choice, at, group.lanes, samples.batch.odd);
-                let lit = if total == [0.0; 2] {
-                    [Vec4::ZERO; 2]
+                let (lanes, odd) = (group.lanes, samples.batch.odd);
+                if total == [0.0; 2] {
+                    (gather::sums(simd, choice, at, lanes, odd), [Vec4::ZERO; 2])
                 } else {
-                    gather::weighted(simd, choice, at, (group.lanes, samples.batch.odd), weights)
-                };
-                (all, lit)
+                    let [all, lit] = gather::sums_and_weighted(simd, choice, at, (lanes, odd), weights);
+                    (all, lit)
+                }
             };
             colors = [0, 1].map(|half: usize| {
                 emission * counts[half] + all[half].truncate() * ambient + lit[half].truncate() * color

@@ -8,7 +8,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 use groundglass::sampling::{self, ApertureShape, Diffraction};
-use groundglass::scene::{Budget, NONE, Scene, Sun, Texture};
+use groundglass::scene::{Budget, NONE, Scene, Texture};
 use std::sync::{Arc, Mutex};
 
 /// A pixel's mean, and how many of its samples lie so near to an edge, or two surfaces so near to each
@@ -31,7 +31,7 @@ pub fn pixel(scene: &Scene, i: u32, j: u32) -> Pixel {
         let y = 1.0 - 2.0 * (f64::from(j) + f64::from(s.pixel[1])) / f64::from(scene.render.height);
         let d = displacement(scene, (i, j), stream, k);
         let (x, y) = (x + d.x, y + d.y);
-        let toward = scene.sun.as_ref().map(|sun| sun_direction(scene, sun, (i, j), stream, k));
+        let toward = scene.sun_direction((i, j), stream, k);
         let (color, doubt) = radiance(scene, u, v, x, y, toward);
         out.mean += color / f64::from(n);
         out.in_doubt += u32::from(doubt);
@@ -87,23 +87,6 @@ struct Hit {
     dx: DVec3,
     dy: DVec3,
     inverse_w: f64,
-}
-
-/// Where the sun shines from for one sample: another point of its disk for each where it casts shadows.
-fn sun_direction(scene: &Scene, sun: &Sun, (i, j): (u32, u32), stream: u64, k: u32) -> DVec3 {
-    if !sun.shadows || sun.angular_diameter.as_radians() == 0.0 {
-        return sun.toward.normalize();
-    }
-    let (optics, seed) = (&scene.optics, scene.render.seed);
-    let (ex, ey) = optics.lens_axes();
-    let axes = DMat3::from_cols(ex, ey, optics.axis());
-    let toward = (axes.transpose() * optics.world_from_lens().vector_inverse(sun.toward)).normalize();
-    let (x, y) = toward.any_orthonormal_pair();
-    let shift = sampling::sun_shift(sampling::pixel_key(seed, i, j));
-    let bits = sampling::sun_square(seed, stream, k);
-    let square = [0, 1].map(|c: usize| ((bits[c] ^ shift[c]) >> 8) as f32 / 16_777_216.0);
-    let [a, b, c] = sampling::cone_direction(square, 0.5 * sun.angular_diameter.as_radians());
-    optics.world_from_lens().vector(axes * (x * a + y * b + toward * c))
 }
 
 /// Whether no other surface crosses the ray from `point`, on `own`, along `l`; and whether it is a near thing.

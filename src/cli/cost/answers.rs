@@ -46,12 +46,16 @@ pub(super) fn measure() -> Vec<Timed> {
         .collect()
 }
 
+/// An error, or what stands for none.
+fn shown(error: f64, otherwise: &str) -> String {
+    if error.is_finite() { format!("{error:.2e}") } else { otherwise.to_owned() }
+}
+
 pub(super) fn csv(rows: &[Timed]) -> String {
     let mut text =
         "question,way,error_ordinary,error_any,nanoseconds,nanoseconds_low,nanoseconds_high\n".to_owned();
     for row in rows {
-        let [ordinary, any] =
-            row.errors.map(|error| if error.is_finite() { format!("{error:.2e}") } else { String::new() });
+        let [ordinary, any] = row.errors.map(|error| shown(error, ""));
         let [middle, low, high] = row.nanoseconds;
         let _ = writeln!(
             text,
@@ -99,9 +103,7 @@ pub(super) fn words(rows: &[Timed]) -> String {
                     | question | way | error | at any tilt | nanoseconds |\n|---|---|---|---|---|\n"
         .to_owned();
     for row in rows {
-        let [ordinary, any] = row
-            .errors
-            .map(|error| if error.is_finite() { format!("{error:.1e}") } else { "no answer".to_owned() });
+        let [ordinary, any] = row.errors.map(|error| shown(error, "no answer"));
         let [middle, low, high] = row.nanoseconds;
         let _ = writeln!(
             text,

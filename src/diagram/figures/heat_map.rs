@@ -6,7 +6,7 @@
 use super::file::Input;
 use super::heat_map_grid::{self, Grid, Map};
 use super::heat_map_keys::{AxisKeys, Keys};
-use super::plot_axis::{Axis, Range, Scale, Tick};
+use super::plot_axis::{Axis, Range, Scale};
 use crate::diagram::Figure;
 use crate::diagram::display_list::{Color, Fill, Geometry, Group, Item, Recoloring, Segment, Shape};
 use crate::diagram::lettering;
@@ -77,7 +77,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
 fn frames(keys: &Keys, grid: &Grid, sheet: &Sheet, top: f64) -> Result<Vec<[f64; 4]>> {
     let [width, height] = sheet.size;
     let mut widest: f64 = 0.0;
-    for tick in ticks(grid.y.range, height / 9.0, &keys.y.ticks) {
+    for tick in grid.y.range.ticks(height / 9.0, &keys.y.ticks) {
         widest = widest.max(lettering::width(&lettering::runs(&tick.label))? * theme::LETTER);
     }
     let titled = |axis: &AxisKeys| if axis.title.is_some() { LINE + 1.0 } else { 0.0 };
@@ -97,10 +97,6 @@ fn frames(keys: &Keys, grid: &Grid, sheet: &Sheet, top: f64) -> Result<Vec<[f64;
             [from, upper, from + wide, bottom]
         })
         .collect())
-}
-
-fn ticks(range: Range, room: f64, given: &[f64]) -> Vec<Tick> {
-    range.ticks(room, given)
 }
 
 /// Colours of the bands, from pale to dark, and of nothing.
@@ -183,7 +179,7 @@ fn axes(
     let mut marks = Vec::new();
     let mut items = Vec::new();
     let mut last = f64::NEG_INFINITY;
-    for tick in ticks(x.range, (right - left) / 15.0, &keys.x.ticks) {
+    for tick in x.range.ticks((right - left) / 15.0, &keys.x.ticks) {
         let at = x.page(tick.value);
         let runs = lettering::runs(&tick.label);
         let half = 0.5 * lettering::width(&runs)? * theme::LETTER;
@@ -195,7 +191,7 @@ fn axes(
         let base = bottom + AWAY + lettering::ASCENT * theme::LETTER;
         items.push(sheet.caption("tick-label", runs, [at - half, base], theme::LETTER)?);
     }
-    for tick in ticks(y.range, (bottom - top) / 9.0, &keys.y.ticks) {
+    for tick in y.range.ticks((bottom - top) / 9.0, &keys.y.ticks) {
         if tick.label.is_empty() {
             continue;
         }

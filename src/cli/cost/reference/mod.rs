@@ -1,19 +1,20 @@
 //! The picture in double precision, sample by sample: what the renderer's single precision and shared work are compared
 //! with. Scene in, picture out.
 //!
-//! It takes the renderer's sample points, meets triangles by rays in world coordinates, and shares no drawing code with it.
+//! It takes the renderer's sample points, meets triangles by rays in world coordinates, and shares no drawing code with it, nor
+//! with the oracle of the tests, which meets them in homogeneous coordinates and tells what is in doubt.
 //! A texture can be read here in other ways than the renderer's, so that their price can be seen too.
 
 mod surface;
 mod tree;
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use groundglass::error::{Error, ErrorKind, Result};
 use groundglass::picture::{Allocation, Exposure};
 use groundglass::plan::RenderPlan;
 use groundglass::render::Execution;
 use groundglass::sampling;
-use groundglass::scene::{EffectName, Scene, Sun};
+use groundglass::scene::{EffectName, Scene};
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 use surface::{Eye, Filter};
@@ -86,7 +87,7 @@ fn pixel(scene: &Scene, tree: &Tree<'_>, filter: Filter, samples: u32, (i, j): (
         };
         let (from, direction) = ray(x, y);
         let eye = Eye { from, direction, right: ray(x + step[0], y).1, down: ray(x, y + step[1]).1 };
-        let toward = scene.sun.as_ref().map(|sun| sun_direction(scene, sun, (i, j), stream, k));
+        let toward = scene.sun_direction((i, j), stream, k);
         let falloff = if scene.render.falloff { falloff(scene, (u, v), (x, y)) } else { 1.0 };
         sum += surface::radiance(scene, tree, filter, &eye, toward) * falloff;
     }
@@ -102,21 +103,4 @@ fn falloff(scene: &Scene, (u, v): (f64, f64), (x, y): (f64, f64)) -> f64 {
         along(optics.axis()) * along(optics.film_normal()) / (r.length_squared() * r.length_squared())
     };
     weight(optics.lens_point(u, v), optics.film_point(x, y)) / weight(DVec3::ZERO, optics.film_center())
-}
-
-/// Where the sun shines from for one sample: another point of its disk for each where it casts shadows.
-fn sun_direction(scene: &Scene, sun: &Sun, (i, j): (u32, u32), stream: u64, k: u32) -> DVec3 {
-    if !sun.shadows || sun.angular_diameter.as_radians() == 0.0 {
-        return sun.toward.normalize();
-    }
-    let (optics, seed) = (&scene.optics, scene.render.seed);
-    let (ex, ey) = optics.lens_axes();
-    let axes = DMat3::from_cols(ex, ey, optics.axis());
-    let toward = (axes.transpose() * optics.world_from_lens().vector_inverse(sun.toward)).normalize();
-    let (x, y) = toward.any_orthonormal_pair();
-    let shift = sampling::sun_shift(sampling::pixel_key(seed, i, j));
-    let bits = sampling::sun_square(seed, stream, k);
-    let square = [0, 1].map(|c: usize| ((bits[c] ^ shift[c]) >> 8) as f32 / 16_777_216.0);
-    let [a, b, c] = sampling::cone_direction(square, 0.5 * sun.angular_diameter.as_radians());
-    optics.world_from_lens().vector(axes * (x * a + y * b + toward * c))
 }
