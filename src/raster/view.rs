@@ -133,8 +133,19 @@ impl Pattern {
 /// A pixel's left top corner from its tile's centre.
 #[inline(always)]
 pub(crate) fn from_center((x, y): (u32, u32)) -> Vec2 {
-    Vec2::new(x as f32, y as f32) - 0.5 * TILE as f32
+    Vec2::new(FROM_CENTER[x as usize % TILE as usize], FROM_CENTER[y as usize % TILE as usize])
 }
+
+/// A table is faster than two conversions, which every group of samples would need.
+const FROM_CENTER: [f32; TILE as usize] = {
+    let mut at = [0.0; TILE as usize];
+    let mut i = 0;
+    while i < TILE as usize {
+        at[i] = i as f32 - 0.5 * TILE as f32;
+        i += 1;
+    }
+    at
+};
 
 /// A tile 32 mm wide, 150 mm behind a lens of 140 mm focal length and 20 mm radius.
 #[cfg(test)]

@@ -27,6 +27,7 @@ mod resolve;
 mod rewrite;
 mod schema;
 mod shape;
+mod smooth;
 mod source;
 mod source_files;
 pub mod starter;
@@ -65,6 +66,7 @@ pub use texture::{Level, Texture, is_decoding};
 pub(crate) use file::{CameraTable, FocusTable, MeshTable, PlaneTable, RenderTable, SceneTables, SkyTable};
 pub(crate) use schema::of as schema_of;
 pub(crate) use shape::{check as check_shape, nearest};
+pub(crate) use smooth::Smooth;
 pub(crate) use surfaces::bounds;
 
 #[cfg(test)]

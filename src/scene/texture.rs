@@ -13,6 +13,7 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use rayon::prelude::*;
 
 use super::mip::next_level;
+use super::smooth::Smooth;
 
 /// Most texels on a side.
 const SIDE_LIMIT: u32 = 16384;
@@ -48,6 +49,8 @@ pub struct Texture {
     pub levels: Vec<Level>,
     /// Some texel of level 0 has an opacity below one half.
     pub has_holes: bool,
+    /// Where level 0 is smooth.
+    pub(crate) smooth: Smooth,
 }
 
 impl Texture {
@@ -58,11 +61,12 @@ impl Texture {
             return None;
         }
         let has_holes = level.texels.par_iter().any(|texel| texel[3] < HALF);
+        let smooth = Smooth::of(&level);
         let mut levels = vec![level];
         while let Some(next) = levels.last().and_then(next_level) {
             levels.push(next);
         }
-        Some(Self { levels, has_holes })
+        Some(Self { levels, has_holes, smooth })
     }
 
     /// The mean colour: its last level.
@@ -77,7 +81,7 @@ impl Texture {
         for texel in levels.iter_mut().flat_map(|level| &mut level.texels) {
             texel[3] = u16::MAX;
         }
-        Self { levels, has_holes: false }
+        Self { levels, has_holes: false, smooth: self.smooth.clone() }
     }
 
     /// Bytes of memory that it takes.

@@ -1,10 +1,11 @@
 //! Texture coordinates of 16 samples as functions of place: where they look, and what a pixel spans there.
 
 use super::look::Bilinear4;
+use super::samples::Places;
 use crate::raster::LANES;
 use crate::raster::view::Batch;
 use fearless_simd::{Select, Simd, SimdBase, f32x16};
-use glam::Vec2;
+use glam::{Vec2, Vec4};
 
 /// A bilinear function's component `i` for 16 lens points: its value at the tile's centre, and its change with a
 /// pixel to the right and down.
@@ -67,6 +68,43 @@ impl<S: Simd> Coordinates<S> {
         let (right, down) = (s_dx * s_dx + t_dx * t_dx, s_dy * s_dy + t_dy * t_dy);
         right.simd_lt(down).select(right, down).to_array()
     }
+}
+
+/// How far from the mean places of 16 groups their samples may look, texels right and down: `ranges` is the most that
+/// two samples of the batch lie apart in `u`, `v`, `x` and `y`. To first order.
+#[inline(always)]
+pub(super) fn reaches<S: Simd>(
+    k: &Bilinear4,
+    coordinates: &Coordinates<S>,
+    at: &Places<S>,
+    spots: &Spots<S>,
+    ranges: Vec4,
+    size: Vec2,
+) -> [f32x16<S>; 2] {
+    let Coordinates([[_, sx, sy], [_, tx, ty], [_, wx, wy]]) = *coordinates;
+    let weight = [along(k, 2, 1, at), along(k, 2, 2, at), wx, wy];
+    let right = [along(k, 0, 1, at), along(k, 0, 2, at), sx, sy];
+    let down = [along(k, 1, 1, at), along(k, 1, 2, at), tx, ty];
+    let inverse = spots.inverse.abs();
+    [
+        moves(right, spots.s, weight, ranges) * inverse * size.x,
+        moves(down, spots.t, weight, ranges) * inverse * size.y,
+    ]
+}
+
+/// How function `i` changes with `u` (`lens` 1) or `v` (2).
+#[inline(always)]
+fn along<S: Simd>(k: &Bilinear4, i: usize, lens: usize, at: &Places<S>) -> f32x16<S> {
+    at.x * k[lens + 3][i] + at.y * k[lens + 6][i] + k[lens][i]
+}
+
+/// The sum of what each of `ranges` moves a quotient that is `value`, times its denominator.
+#[inline(always)]
+fn moves<S: Simd>(by: [f32x16<S>; 4], value: f32x16<S>, weight: [f32x16<S>; 4], ranges: Vec4) -> f32x16<S> {
+    (by[0] - value * weight[0]).abs() * ranges.x
+        + (by[1] - value * weight[1]).abs() * ranges.y
+        + (by[2] - value * weight[2]).abs() * ranges.z
+        + (by[3] - value * weight[3]).abs() * ranges.w
 }
 
 #[inline(always)]

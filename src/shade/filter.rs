@@ -155,6 +155,7 @@ mod tests {
                 Level { width: 1, height: 1, texels: vec![[32768, 32768, 32768, 65535]] },
             ],
             has_holes: false,
+            smooth: Default::default(),
         }
     }
 

@@ -6,6 +6,7 @@
 
 use super::filter::{Choice, Side};
 use crate::raster::LANES;
+use crate::scene::Texture;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16, u32x16};
 use glam::Vec4;
 
@@ -25,6 +26,26 @@ pub(crate) fn sums<S: Simd>(
     } else {
         bilinear(simd, choice, right, down, lanes, odd)
     }
+}
+
+/// Which of 16 places are in a part of the texture that is smooth.
+#[inline(always)]
+pub(super) fn smooth<S: Simd>(
+    simd: S,
+    map: &Texture,
+    choice: Choice<'_>,
+    [right, down]: [f32x16<S>; 2],
+) -> u16 {
+    let steps = (right * choice.right.size + choice.right.part).floor();
+    let (column, _) = wrap(simd, choice.right, steps, 0.0);
+    let steps = (down * choice.down.size + choice.down.part).floor();
+    let (row, _) = wrap(simd, choice.down, steps, 0.0);
+    let (columns, rows) = (column.to_array(), row.to_array());
+    let mut found = 0;
+    for lane in 0..LANES {
+        found |= u16::from(map.smooth.around(columns[lane], rows[lane])) << lane;
+    }
+    found
 }
 
 #[inline(always)]
@@ -77,6 +98,33 @@ pub(crate) fn each<S: Simd>(
             let lane = rest.trailing_zeros() as usize % LANES;
             rest &= rest - 1;
             out[lane] = interpolate(texels, &corners, &shares, 1 << lane);
+        }
+    }
+}
+
+/// Adds the colours at the first places, each to the sum of its owner.
+#[cfg_attr(not(target_family = "wasm"), inline(always))]
+#[cfg_attr(target_family = "wasm", inline(never))]
+pub(super) fn add_each<S: Simd>(
+    simd: S,
+    choice: Choice<'_>,
+    [right, down]: [f32x16<S>; 2],
+    owners: &[u8],
+    sums: &mut [Vec4; 2 * LANES],
+) {
+    let texels = &choice.level.texels[..];
+    let full = 1.0 / 65535.0;
+    if choice.nearest {
+        let places = nearest_texels(simd, choice, right, down);
+        for (&place, &owner) in places.iter().zip(owners) {
+            let texel = texels.get(place as usize).copied().unwrap_or_default();
+            sums[usize::from(owner) % (2 * LANES)] += Vec4::from_array(texel.map(f32::from)) * full;
+        }
+    } else {
+        let Between { corners, fx, fy } = between(simd, choice, right, down);
+        let shares = [fx.to_array(), fy.to_array()];
+        for (lane, &owner) in owners.iter().enumerate().take(LANES) {
+            sums[usize::from(owner) % (2 * LANES)] += interpolate_one(texels, &corners, &shares, lane) * full;
         }
     }
 }
@@ -215,10 +263,7 @@ fn bilinear<S: Simd>(
 
     let shares = [fx.to_array(), fy.to_array()];
     // No closure here: it would not be compiled for the SIMD level (6 to 9 % of all time on the city and Sponza).
-    [
-        interpolate(texels, &corners, &shares, halves[0]),
-        interpolate(texels, &corners, &shares, halves[1]),
-    ]
+    [interpolate(texels, &corners, &shares, halves[0]), interpolate(texels, &corners, &shares, halves[1])]
 }
 
 /// The sum over `lanes` of what lies between their four texels. (Left and right texels as one load of 16 bytes
@@ -235,16 +280,27 @@ fn interpolate(
     while rest != 0 {
         let lane = rest.trailing_zeros() as usize % LANES;
         rest &= rest - 1;
-        let texel = |corner: usize| {
-            let [r, g, b, a] = texels.get(corners[corner][lane] as usize).copied().unwrap_or_default();
-            Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a))
-        };
-        let (a, b, c, d) = (texel(0), texel(1), texel(2), texel(3));
-        let top = a + (b - a) * shares[0][lane];
-        let bottom = c + (d - c) * shares[0][lane];
-        sum += top + (bottom - top) * shares[1][lane];
+        sum += interpolate_one(texels, corners, shares, lane);
     }
     sum * (1.0 / 65535.0)
+}
+
+/// What lies between the four texels of a lane, 65535 for full.
+#[inline(always)]
+fn interpolate_one(
+    texels: &[[u16; 4]],
+    corners: &[[u32; LANES]; 4],
+    shares: &[[f32; LANES]; 2],
+    lane: usize,
+) -> Vec4 {
+    let texel = |corner: usize| {
+        let [r, g, b, a] = texels.get(corners[corner][lane] as usize).copied().unwrap_or_default();
+        Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a))
+    };
+    let (a, b, c, d) = (texel(0), texel(1), texel(2), texel(3));
+    let top = a + (b - a) * shares[0][lane];
+    let bottom = c + (d - c) * shares[0][lane];
+    top + (bottom - top) * shares[1][lane]
 }
 
 /// As [`sums`], and the same with each sample's colour times its weight: both from one reading of the texels.
@@ -288,7 +344,7 @@ fn total<S: Simd>(simd: S, x: f32x16<S>, lanes: u16) -> f32 {
 mod tests {
     use super::*;
     use crate::raster::view::Batch;
-    use crate::scene::{Level, Texture};
+    use crate::scene::Level;
     use crate::shade::coordinates::Coordinates;
     use crate::shade::look::Bilinear4;
     use crate::simd::{SimdLevel, at_level};

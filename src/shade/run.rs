@@ -1,20 +1,18 @@
 //! Shading: a run of groups of samples that see one surface in one tile in, light added to their pixels out.
 //!
 //! Sixteen groups at a time, what hardly changes within a group is computed at its mean place: the normal, the
-//! light, the pixel's footprint in the texture. Then, group by group, each sample looks into the texture for
-//! itself ([`super::gather`]). One generic source for every SIMD level, product and sum apart, so the same bits.
+//! light. What its samples read from the texture comes from [`super::texels`]. One generic source for every SIMD level, product and sum apart, so the same bits.
 
-use super::coordinates::{Coordinates, at_lens};
-use super::filter::Choice;
+use super::Shader;
+use super::coordinates::at_lens;
 use super::look::{Bilinear4, Look};
 use super::samples::{Places, Rays, Samples, Sums};
-use super::{Shader, filter, gather};
+use super::texels::Textured;
 use crate::raster::LANES;
 use crate::raster::visibility::Group;
-use crate::scene::{Material, Texture};
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, f32x16};
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
 impl Shader<'_> {
     /// Adds the light of `groups`, all of which see the surface of `look`, or the sky where there is none.
@@ -45,91 +43,21 @@ fn surface<S: Simd>(
     let material = &shader.surfaces.materials[look.material as usize];
     let diffuse = Vec3::from(material.diffuse);
     let emission = Vec3::from(material.emission);
-    let texture = textured(simd, material, look, samples);
-    // Most groups of a run read the same level.
-    let mut choice: Option<(usize, Choice<'_>)> = None;
+    let texture = Textured::new(simd, material, look, samples);
     for chunk in groups.chunks(LANES) {
         let at = samples.places(simd, chunk);
         let light = light(simd, shader, look, samples.rays, &at);
-        let mut squares = [0.0; LANES];
-        let mut spots = [f32x16::splat(simd, 0.0); 2];
-        if let Some((map, functions, _)) = &texture {
-            let coordinates = Coordinates::new(functions, at.u, at.v);
-            let found = coordinates.at(simd, at.x, at.y);
-            spots = found.usable(simd);
-            squares = coordinates.shorter_side_squared(&found, filter::size(map));
-        }
-        if samples.single {
-            let mut texels = [Vec4::ONE; LANES];
-            if let Some((map, ..)) = &texture {
-                single_texels(simd, map, look, (&squares, spots), chunk.len(), &mut texels);
-            }
-            for (i, group) in chunk.iter().enumerate().take(LANES) {
-                let reflected = diffuse * Vec3::new(light[0][i], light[1][i], light[2][i]);
-                let color = emission + texels[i].truncate() * reflected;
-                let [even, odd] = samples.counts(group);
-                samples.add(group, [color * even, color * odd], sums);
-            }
-            continue;
-        }
+        let reads = texture.as_ref().map(|texture| texture.sums(simd, samples, chunk, &at));
         for (i, group) in chunk.iter().enumerate().take(LANES) {
             let counts = samples.counts(group);
             let reflected = diffuse * Vec3::new(light[0][i], light[1][i], light[2][i]);
-            let mut colors = [(emission + reflected) * counts[0], (emission + reflected) * counts[1]];
-            if let Some((map, _, coordinates)) = &texture {
-                let level = filter::colour_level(squares[i]);
-                if choice.is_none_or(|(last, _)| last != level) {
-                    choice = Choice::colour(map, level, look.anchor).map(|choice| (level, choice));
-                }
-                let Some((_, choice)) = choice else { continue };
-                let corner = samples.corner(group);
-                let (x, y) = (f32x16::splat(simd, corner.x), f32x16::splat(simd, corner.y));
-                let at = coordinates.at(simd, x, y).usable(simd);
-                let read = gather::sums(simd, choice, at, group.lanes, samples.batch.odd);
-                colors = [
-                    emission * counts[0] + read[0].truncate() * reflected,
-                    emission * counts[1] + read[1].truncate() * reflected,
-                ];
-            }
+            let read = |half: usize| match &reads {
+                Some(reads) => reads[2 * i + half].truncate(),
+                None => Vec3::splat(counts[half]),
+            };
+            let colors =
+                [emission * counts[0] + read(0) * reflected, emission * counts[1] + read(1) * reflected];
             samples.add(group, colors, sums);
-        }
-    }
-}
-
-/// A surface's texture, with its coordinates in the tile and at the samples of the batch.
-#[inline(always)]
-pub(super) fn textured<'a, S: Simd>(
-    simd: S,
-    material: &'a Material,
-    look: &'a Look,
-    samples: &Samples<'_>,
-) -> Option<(&'a Texture, &'a Bilinear4, Coordinates<S>)> {
-    let (map, functions) = (material.diffuse_map.as_deref()?, look.texture.as_ref()?);
-    Some((map, functions, Coordinates::of_batch(simd, functions, samples.batch)))
-}
-
-/// The texels at the first `count` of 16 places of single samples.
-#[inline(always)]
-pub(super) fn single_texels<S: Simd>(
-    simd: S,
-    map: &Texture,
-    look: &Look,
-    (squares, spots): (&[f32; LANES], [f32x16<S>; 2]),
-    count: usize,
-    texels: &mut [Vec4; LANES],
-) {
-    // Lanes of one level together: mostly all of them.
-    let mut rest = (0xffff_u32 >> (LANES - count.min(LANES))) as u16;
-    while rest != 0 {
-        let level = filter::colour_level(squares[rest.trailing_zeros() as usize]);
-        let mut same = 0;
-        for (lane, &square) in squares.iter().enumerate() {
-            same |= u16::from(filter::colour_level(square) == level) << lane;
-        }
-        same &= rest;
-        rest &= !same;
-        if let Some(choice) = Choice::colour(map, level, look.anchor) {
-            gather::each(simd, choice, spots, same, texels);
         }
     }
 }

@@ -38,26 +38,54 @@ impl Rays {
 }
 
 /// Sums over lanes for each value of each four bits of a mask: means of any group at the cost of four loads.
-pub(crate) struct LaneSums([[Vec4; 16]; 4]);
+pub(crate) struct LaneSums {
+    sums: [[Vec4; 16]; 4],
+    /// The most that two lanes lie apart: `u`, `v`, `x`, `y`.
+    pub(super) ranges: Vec4,
+}
+
+/// One over the number of lanes.
+const INVERSE: [f32; 32] = {
+    let mut inverse = [0.0; 32];
+    let mut i = 1;
+    while i < 32 {
+        inverse[i] = 1.0 / i as f32;
+        i += 1;
+    }
+    inverse
+};
 
 impl LaneSums {
     pub(crate) fn new(batch: &Batch) -> Self {
         let lane = |i: usize| Vec4::new(batch.u[i], batch.v[i], batch.x[i], batch.y[i]);
-        Self(std::array::from_fn(|part| {
-            std::array::from_fn(|mask| {
-                (0..4)
-                    .filter(|bit| mask >> bit & 1 == 1)
-                    .fold(Vec4::ZERO, |sum, bit| sum + lane(4 * part + bit))
-            })
-        }))
+        let live = || (0..LANES).filter(|i| batch.live >> i & 1 == 1);
+        let first = lane(batch.live.trailing_zeros() as usize % LANES);
+        let (low, high) = live().fold((first, first), |(low, high), i| (low.min(lane(i)), high.max(lane(i))));
+        Self {
+            sums: std::array::from_fn(|part| {
+                std::array::from_fn(|mask| {
+                    (0..4)
+                        .filter(|bit| mask >> bit & 1 == 1)
+                        .fold(Vec4::ZERO, |sum, bit| sum + lane(4 * part + bit))
+                })
+            }),
+            ranges: high - low,
+        }
+    }
+
+    /// The place of a lane, from the block's corner.
+    #[inline(always)]
+    pub(super) fn lane(&self, lane: usize) -> Vec4 {
+        self.sums[lane / 4 % 4][1 << (lane % 4)]
     }
 
     /// The mean place of `lanes`, which are not none, from the block's corner.
     #[inline(always)]
     fn mean(&self, lanes: u16) -> Vec4 {
-        let [a, b, c, d] = &self.0;
+        let [a, b, c, d] = &self.sums;
         let part = |sums: &[Vec4; 16], shift: u32| sums[usize::from(lanes >> shift) & 15];
-        (part(a, 0) + part(b, 4) + part(c, 8) + part(d, 12)) * (1.0 / lanes.count_ones() as f32)
+        (part(a, 0) + part(b, 4) + part(c, 8) + part(d, 12))
+            * INVERSE[lanes.count_ones() as usize % INVERSE.len()]
     }
 }
 

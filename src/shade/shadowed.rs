@@ -3,14 +3,13 @@
 //! As [`super::run`], but the sun's light is weighed sample by sample: each has a ray of its own to the sun, or to a
 //! point of its own of the sun's disk, and its texel counts by what arrives along it.
 
-use super::coordinates::Coordinates;
-use super::filter::Choice;
 use super::look::Look;
-use super::run::{facing, single_texels, textured};
+use super::run::facing;
 use super::samples::{Rays, Samples, Sums};
 use super::shadows::SunRays;
 use super::sun::{Asking, ShadowSun, SurfacePlane, directions};
-use super::{Shader, filter, gather};
+use super::texels::Textured;
+use super::{Shader, gather};
 use crate::raster::LANES;
 use crate::raster::visibility::Group;
 use crate::sampling::sun_shift;
@@ -221,18 +220,10 @@ fn surface<S: Simd>(
     let (diffuse, emission) = (Vec3::from(material.diffuse), Vec3::from(material.emission));
     let color = diffuse * shader.sun.map_or(Vec3::ZERO, |(_, color)| color);
     let ambient = diffuse * shader.ambient;
-    let texture = textured(simd, material, look, samples);
-    let mut texels = [Vec4::ONE; LANES];
-    let mut squares = [0.0; LANES];
-    if let Some((map, functions, _)) = &texture {
-        let at = samples.places(simd, groups);
-        let coordinates = Coordinates::new(functions, at.u, at.v);
-        let found = coordinates.at(simd, at.x, at.y);
-        squares = coordinates.shorter_side_squared(&found, filter::size(map));
-        if samples.single {
-            single_texels(simd, map, look, (&squares, found.usable(simd)), groups.len(), &mut texels);
-        }
-    }
+    let texture = Textured::new(simd, material, look, samples).map(|texture| {
+        let shared = texture.shared(simd, samples, groups, &samples.places(simd, groups));
+        (texture, shared)
+    });
     for (i, group) in groups.iter().enumerate().take(LANES) {
         let counts = samples.counts(group);
         let weights = &weights[i];
@@ -244,15 +235,14 @@ fn surface<S: Simd>(
             total[usize::from(samples.batch.odd >> lane & 1)] += weights[lane];
         }
         let mut colors = [0, 1].map(|half: usize| (emission + ambient) * counts[half] + color * total[half]);
-        if let Some((map, _, coordinates)) = &texture {
-            let level = filter::colour_level(squares[i]);
-            let Some(choice) = Choice::colour(map, level, look.anchor) else { continue };
-            let (all, lit) = if samples.single {
-                (counts.map(|count| texels[i] * count), total.map(|total| texels[i] * total))
+        if let Some((texture, shared)) = &texture {
+            let (all, lit) = if shared.which >> i & 1 == 1 {
+                let texel = shared.texels[i];
+                (counts.map(|count| texel * count), total.map(|total| texel * total))
             } else {
-                let corner = samples.corner(group);
-                let (x, y) = (f32x16::splat(simd, corner.x), f32x16::splat(simd, corner.y));
-                let at = coordinates.at(simd, x, y).usable(simd);
+                let Some((choice, at)) = texture.alone(simd, samples, group, shared.squares[i]) else {
+                    continue;
+                };
                 let (lanes, odd) = (group.lanes, samples.batch.odd);
                 if total == [0.0; 2] {
                     (gather::sums(simd, choice, at, lanes, odd), [Vec4::ZERO; 2])

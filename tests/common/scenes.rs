@@ -67,33 +67,14 @@ pub fn camera(eye: DVec3, look_at: DVec3, focal_mm: f64, setting: Setting) -> Ca
 
 /// A texture of random texels with its mip levels, square.
 pub fn noise(random: &mut Random, size: u32, holes: bool) -> Texture {
-    let mut texels: Vec<[u16; 4]> = (0..size * size)
+    let texels = (0..size * size)
         .map(|_| {
             let mut c = [0u16; 4].map(|_| (random.next() * 65535.0) as u16);
             c[3] = if holes && random.next() < 0.4 { 0 } else { 65535 };
             c
         })
         .collect();
-    let mut levels = vec![Level { width: size, height: size, texels: texels.clone() }];
-    let mut side = size;
-    while side > 1 {
-        let half = side / 2;
-        texels = (0..half * half)
-            .map(|i| {
-                let (x, y) = (2 * (i % half), 2 * (i / half));
-                std::array::from_fn(|c| {
-                    let sum: u32 = [(0, 0), (1, 0), (0, 1), (1, 1)]
-                        .iter()
-                        .map(|(dx, dy)| u32::from(texels[((y + dy) * side + x + dx) as usize][c]))
-                        .sum();
-                    (sum / 4) as u16
-                })
-            })
-            .collect();
-        side = half;
-        levels.push(Level { width: side, height: side, texels: texels.clone() });
-    }
-    Texture { levels, has_holes: holes }
+    Texture::from_level(Level { width: size, height: size, texels }).unwrap()
 }
 
 pub fn plain(diffuse: [f32; 3]) -> Material {

@@ -1,0 +1,347 @@
+//! What up to 16 groups of samples that see one surface read from its texture: groups in, the sums of their colours out.
+//!
+//! The pixel's footprint is computed at each group's mean place. Where the texture is smooth as far as a group's samples
+//! look, one look-up at their mean place stands for all of them. Elsewhere each sample looks for itself
+//! ([`gather`]). A group of five samples would leave eleven of sixteen lanes idle, so samples of several small
+//! groups share the lanes; groups that are nearly full are cheaper by themselves.
+
+use super::coordinates::{Coordinates, reaches};
+use super::filter::{self, Choice};
+use super::gather;
+use super::look::{Bilinear4, Look};
+use super::samples::{Places, Samples};
+use crate::raster::LANES;
+use crate::raster::visibility::Group;
+use crate::scene::{Material, Smooth, Texture};
+use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
+use glam::{Vec2, Vec4};
+
+/// Sums of colours of the even and the odd samples of 16 groups: those of group `i` are numbers `2 i` and `2 i + 1`.
+pub(super) type Reads = [Vec4; 2 * LANES];
+
+/// Groups of this many samples look into the texture by themselves.
+const DENSE: u32 = 12;
+
+/// A surface's texture in a tile, for one batch of samples.
+pub(super) struct Textured<'a, S: Simd> {
+    map: &'a Texture,
+    look: &'a Look,
+    functions: &'a Bilinear4,
+    /// At the samples of the batch, as functions of their block's place.
+    coordinates: Coordinates<S>,
+}
+
+/// Look-ups at the mean places of 16 groups.
+pub(super) struct Shared {
+    /// Groups whose samples all see this colour.
+    pub which: u16,
+    pub texels: [Vec4; LANES],
+    /// The squares of the shorter sides of the pixels' footprints, in texels of the finest level.
+    pub squares: [f32; LANES],
+}
+
+impl<'a, S: Simd> Textured<'a, S> {
+    /// None without a texture.
+    #[inline(always)]
+    pub(super) fn new(
+        simd: S,
+        material: &'a Material,
+        look: &'a Look,
+        samples: &Samples<'_>,
+    ) -> Option<Self> {
+        let (map, functions) = (material.diffuse_map.as_deref()?, look.texture.as_ref()?);
+        Some(Self {
+            map,
+            look,
+            functions,
+            coordinates: Coordinates::of_batch(simd, functions, samples.batch),
+        })
+    }
+
+    /// What `groups`, whose mean places are `at`, read.
+    #[inline(always)]
+    pub(super) fn sums(&self, simd: S, samples: &Samples<'_>, groups: &[Group], at: &Places<S>) -> Reads {
+        let mut reads = [Vec4::ZERO; 2 * LANES];
+        let Shared { which: shared, texels, squares } = self.shared(simd, samples, groups, at);
+        if shared != 0 {
+            for (i, group) in groups.iter().enumerate().take(LANES) {
+                let [even, odd] = samples.counts(group);
+                (reads[2 * i], reads[2 * i + 1]) = (texels[i] * even, texels[i] * odd);
+            }
+        }
+        let (mut dense, mut sparse) = (0, 0);
+        for (i, group) in groups.iter().enumerate().take(LANES) {
+            dense |= u16::from(group.lanes.count_ones() >= DENSE) << i;
+            sparse |= u16::from(group.lanes.count_ones() < DENSE) << i;
+        }
+        (dense, sparse) = (dense & !shared, sparse & !shared);
+        if sparse.count_ones() < 2 {
+            (dense, sparse) = (dense | sparse, 0);
+        }
+        while dense | sparse != 0 {
+            let level = filter::colour_level(squares[(dense | sparse).trailing_zeros() as usize % LANES]);
+            let same = alike(&squares, level);
+            if let Some(choice) = Choice::colour(self.map, level, self.look.anchor) {
+                if dense & same != 0 {
+                    self.full(simd, choice, samples, groups, dense & same, &mut reads);
+                }
+                if sparse & same != 0 {
+                    self.packed(simd, choice, samples, groups, sparse & same, &mut reads);
+                }
+            }
+            (dense, sparse) = (dense & !same, sparse & !same);
+        }
+        reads
+    }
+
+    /// The one look-up of each group that needs no more: a single sample, or many that look where the texture is smooth.
+    #[inline(always)]
+    pub(super) fn shared(&self, simd: S, samples: &Samples<'_>, groups: &[Group], at: &Places<S>) -> Shared {
+        let (map, size) = (self.map, filter::size(self.map));
+        let coordinates = Coordinates::new(self.functions, at.u, at.v);
+        let spots = coordinates.at(simd, at.x, at.y);
+        let places = spots.usable(simd);
+        let squares = coordinates.shorter_side_squared(&spots, size);
+        let mut which = (0xffff_u32 >> (LANES - groups.len().min(LANES))) as u16;
+        if !samples.single {
+            which &= match Choice::colour(map, 0, self.look.anchor) {
+                Some(choice) if !map.smooth.is_empty() => {
+                    let [right, down] =
+                        reaches(self.functions, &coordinates, at, &spots, samples.means.ranges, size);
+                    let reach = f32x16::splat(simd, Smooth::REACH);
+                    let near = (right.simd_le(reach) & down.simd_le(reach)).to_bitmask() as u16;
+                    near & alike(&squares, 0) & gather::smooth(simd, map, choice, places)
+                }
+                _ => 0,
+            };
+        }
+        let mut texels = [Vec4::ZERO; LANES];
+        self.read(simd, &squares, places, which, &mut texels);
+        Shared { which, texels, squares }
+    }
+
+    /// The texels at those of 16 places that are in the mask `which`, where pixels span `squares`.
+    #[inline(always)]
+    fn read(
+        &self,
+        simd: S,
+        squares: &[f32; LANES],
+        spots: [f32x16<S>; 2],
+        which: u16,
+        texels: &mut [Vec4; LANES],
+    ) {
+        // Lanes of one level together: mostly all of them.
+        let mut rest = which;
+        while rest != 0 {
+            let level = filter::colour_level(squares[rest.trailing_zeros() as usize % LANES]);
+            let same = alike(squares, level) & rest;
+            rest &= !same;
+            if let Some(choice) = Choice::colour(self.map, level, self.look.anchor) {
+                gather::each(simd, choice, spots, same, texels);
+            }
+        }
+    }
+
+    /// How the samples of a group look into the texture by themselves, and where.
+    #[inline(always)]
+    pub(super) fn alone(
+        &self,
+        simd: S,
+        samples: &Samples<'_>,
+        group: &Group,
+        square: f32,
+    ) -> Option<(Choice<'a>, [f32x16<S>; 2])> {
+        let choice = Choice::colour(self.map, filter::colour_level(square), self.look.anchor)?;
+        Some((choice, self.places(simd, samples, group)))
+    }
+
+    #[inline(always)]
+    fn places(&self, simd: S, samples: &Samples<'_>, group: &Group) -> [f32x16<S>; 2] {
+        let corner = samples.corner(group);
+        let (x, y) = (f32x16::splat(simd, corner.x), f32x16::splat(simd, corner.y));
+        self.coordinates.at(simd, x, y).usable(simd)
+    }
+
+    /// Groups of the mask `which`, each by itself.
+    #[inline(always)]
+    fn full(
+        &self,
+        simd: S,
+        choice: Choice<'_>,
+        samples: &Samples<'_>,
+        groups: &[Group],
+        which: u16,
+        reads: &mut Reads,
+    ) {
+        let mut rest = which;
+        while rest != 0 {
+            let i = rest.trailing_zeros() as usize % LANES;
+            rest &= rest - 1;
+            let Some(group) = groups.get(i) else { continue };
+            let at = self.places(simd, samples, group);
+            let [even, odd] = gather::sums(simd, choice, at, group.lanes, samples.batch.odd);
+            (reads[2 * i], reads[2 * i + 1]) = (even, odd);
+        }
+    }
+
+    /// Groups of the mask `which`, their samples side by side, whichever group they belong to.
+    #[inline(always)]
+    fn packed(
+        &self,
+        simd: S,
+        choice: Choice<'_>,
+        samples: &Samples<'_>,
+        groups: &[Group],
+        which: u16,
+        reads: &mut Reads,
+    ) {
+        let (mut waiting, mut lanes) = (which, 0);
+        let (mut at, mut corner) = (0, Vec2::ZERO);
+        let mut places = [[0.0; LANES]; 4];
+        let mut owners = [0; LANES];
+        while lanes | waiting != 0 {
+            let mut filled = 0;
+            while filled < LANES {
+                if lanes == 0 {
+                    if waiting == 0 {
+                        break;
+                    }
+                    at = waiting.trailing_zeros() as usize % LANES;
+                    waiting &= waiting - 1;
+                    let Some(group) = groups.get(at) else { continue };
+                    corner = samples.corner(group);
+                    lanes = group.lanes;
+                    continue;
+                }
+                let lane = lanes.trailing_zeros() as usize % LANES;
+                lanes &= lanes - 1;
+                let place = samples.means.lane(lane);
+                places[0][filled] = place.x;
+                places[1][filled] = place.y;
+                places[2][filled] = place.z + corner.x;
+                places[3][filled] = place.w + corner.y;
+                owners[filled] = (2 * at) as u8 | (samples.batch.odd >> lane & 1) as u8;
+                filled += 1;
+            }
+            let places = Places {
+                u: f32x16::load_array_ref(simd, &places[0]),
+                v: f32x16::load_array_ref(simd, &places[1]),
+                x: f32x16::load_array_ref(simd, &places[2]),
+                y: f32x16::load_array_ref(simd, &places[3]),
+            };
+            let coordinates = Coordinates::new(self.functions, places.u, places.v);
+            let spots = coordinates.at(simd, places.x, places.y).usable(simd);
+            gather::add_each(simd, choice, spots, &owners[..filled.min(LANES)], reads);
+        }
+    }
+}
+
+/// Where colours are read from this level.
+#[inline(always)]
+fn alike(squares: &[f32; LANES], level: usize) -> u16 {
+    let mut same = 0;
+    for (lane, &square) in squares.iter().enumerate() {
+        same |= u16::from(filter::colour_level(square) == level) << lane;
+    }
+    same
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::raster::view::{Batch, Pattern};
+    use crate::scene::Level;
+    use crate::shade::samples::{LaneSums, Rays};
+    use crate::simd::{SimdLevel, at_level};
+    use glam::Vec3;
+    use std::sync::Arc;
+
+    fn random(seed: usize) -> f32 {
+        let x = (seed as u32 ^ 0x9e37).wrapping_mul(0x7feb_352d);
+        let x = (x ^ x >> 15).wrapping_mul(0x846c_a68b);
+        (x ^ x >> 16) as f32 / 4_294_967_296.0
+    }
+
+    /// What the groups read from a texture of 64 x 64 texels, each of which is a third of a pixel to two pixels wide.
+    fn reads(texture: Texture, groups: &[Group]) -> Reads {
+        let batch = Batch {
+            u: std::array::from_fn(random),
+            v: std::array::from_fn(|i| random(100 + i)),
+            x: std::array::from_fn(|i| random(200 + i)),
+            y: std::array::from_fn(|i| random(300 + i)),
+            live: 0xffff,
+            odd: 0xff00,
+            ..Batch::of_cell(0)
+        };
+        let mut functions = [Vec4::ZERO; 9];
+        functions[0] = Vec4::new(0.2, 0.1, 1.0, 0.0);
+        (functions[1], functions[2]) = (Vec4::X * 0.02, Vec4::Y * 0.02);
+        (functions[3], functions[6]) =
+            (Vec4::new(0.008, 0.002, 0.001, 0.0), Vec4::new(0.0, 0.02, 0.003, 0.0));
+        let look = Look {
+            material: 0,
+            texture: Some(functions),
+            anchor: [77, 200],
+            normal: None,
+            face: Vec3::Z,
+            lit: [Vec3::ONE; 2],
+            plane: None,
+        };
+        let material = Material { diffuse_map: Some(Arc::new(texture)), ..Material::default_surface() };
+        let rays = Rays { p: Vec3::NEG_Z, dx: Vec3::X, dy: Vec3::Y, focal_length: 1.0, radius: 1.0 };
+        let samples = Samples {
+            batch: &batch,
+            means: &LaneSums::new(&batch),
+            rays: &rays,
+            pattern: &Pattern { block_width: 1, block_height: 1, batches: Vec::new() },
+            single: false,
+            falloff: None,
+        };
+        at_level!(SimdLevel::best().level(), simd => {
+            let texture = Textured::new(simd, &material, &look, &samples).unwrap();
+            texture.sums(simd, &samples, groups, &samples.places(simd, groups))
+        })
+    }
+
+    fn texture(texel: impl Fn(u32, u32) -> f32) -> Texture {
+        let texels = (0..64 * 64)
+            .map(|i| [(texel(i % 64, i / 64) * 65535.0) as u16, 40000, i as u16, u16::MAX])
+            .collect();
+        Texture::from_level(Level { width: 64, height: 64, texels }).unwrap()
+    }
+
+    fn groups(lanes: [u16; LANES]) -> [Group; LANES] {
+        std::array::from_fn(|i| Group { block: (37 * i) as u16, lanes: lanes[i], id: 0 })
+    }
+
+    #[test]
+    fn packed_samples_read_what_they_read_alone() {
+        let noise = texture(|x, y| random((64 * y + x) as usize));
+        let some = groups(std::array::from_fn(|i| [0x0001, 0x8421, 0xffff, 0x0ff0][i % 4] << (i / 8)));
+        let together = reads(noise.clone(), &some);
+        for (i, &group) in some.iter().enumerate() {
+            let alone = reads(noise.clone(), &[group]);
+            for half in 0..2 {
+                let gap = (together[2 * i + half] - alone[half]).abs().max_element();
+                assert!(gap < 1e-5, "group {i}: {gap}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_shared_look_up_reads_what_all_read_where_the_texture_is_smooth() {
+        // Fields of slopes, in steps of an eighth of a bit less than the tolerance.
+        let fields = texture(|x, y| (x / 32) as f32 * 0.5 + (y as f32 * 0.006 / 0.003).floor() * 0.003);
+        assert!(!fields.smooth.is_empty());
+        let unshared = Texture { smooth: Smooth::default(), ..fields.clone() };
+        let all = groups([0xffff; LANES]);
+        let (found, wanted) = (reads(fields, &all), reads(unshared, &all));
+        let mut differ = 0;
+        for (found, wanted) in found.iter().zip(&wanted) {
+            let gap = (*found - *wanted) / 8.0;
+            differ += u32::from(gap.x != 0.0);
+            assert!(gap.x.abs() < 0.004 && gap.y.abs() < 1e-4, "{gap}");
+        }
+        assert!(differ > 0, "nothing was shared");
+    }
+}
