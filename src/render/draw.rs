@@ -11,7 +11,7 @@ use crate::raster::{self, LANES, TILE};
 use crate::sampling;
 use crate::sampling::runs::Run;
 use crate::shade::{LaneSums, Look, Place, Rays, Samples, SunSamples};
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use std::cell::RefCell;
 use std::sync::Mutex;
 
@@ -27,8 +27,8 @@ pub(super) struct TileScratch {
     looks: RefCell<Looks>,
     /// What stood before the sun last.
     last: u32,
-    /// The sums before the step that is being drawn.
-    before: Vec<[Vec3; 2]>,
+    /// The sums with the step that is being drawn, as registers hold them.
+    sums: Vec<[Vec4; 2]>,
 }
 
 /// What came of one tile beside its sums.
@@ -115,7 +115,7 @@ impl Picture<'_> {
         stop: &dyn Fn() -> bool,
     ) -> (Tally, usize) {
         let mut tally = Tally::default();
-        let TileScratch { raster, groups, runs, next, looks, last, before } = scratch;
+        let TileScratch { raster, groups, runs, next, looks, last, sums: drawn } = scratch;
         let geometry = Geometry {
             view: &self.view,
             bins: &self.bins,
@@ -142,7 +142,8 @@ impl Picture<'_> {
             .map(|falloff| |place: Place, ray: Vec3| falloff.weight(&self.view, ray.as_dvec3(), place));
         sums.resize((TILE * TILE) as usize, [Vec3::ZERO; 2]);
         for (done, step) in steps.iter().enumerate() {
-            before.clone_from(sums);
+            drawn.clear();
+            drawn.extend(sums.iter().map(|halves| halves.map(|half| half.extend(0.0))));
             let mut pattern =
                 pattern(&self.points, tile, self.streams, step.run, step.splits, &|| self.stopped());
             if self.centred {
@@ -154,7 +155,6 @@ impl Picture<'_> {
             watch.lap(&mut tally.stages.setup);
             for batch in &pattern.batches {
                 if stop() {
-                    sums.clone_from(before);
                     return (tally, done);
                 }
                 raster.draw(self.level, step.wanted, &geometry, &film, batch, &|visit, block, lanes| {
@@ -194,12 +194,15 @@ impl Picture<'_> {
                     let look = triangle.map(|&t| looks.get_or_make(run[0].id, || self.look(&film, t)));
                     match (look, &sun) {
                         (Some(look), Some(sun)) => {
-                            self.shader.shade_shadowed(self.level, look, (&samples, sun), run, last, sums);
+                            self.shader.shade_shadowed(self.level, look, (&samples, sun), run, last, drawn);
                         }
-                        (look, _) => self.shader.shade(self.level, look, &samples, run, sums),
+                        (look, _) => self.shader.shade(self.level, look, &samples, run, drawn),
                     }
                 }
                 watch.lap(&mut tally.stages.shading);
+            }
+            for (sums, drawn) in sums.iter_mut().zip(drawn.iter()) {
+                *sums = drawn.map(Vec4::truncate);
             }
         }
         (tally, steps.len())

@@ -12,7 +12,7 @@ use crate::raster::LANES;
 use crate::raster::visibility::Group;
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, f32x16};
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 impl Shader<'_> {
     /// Adds the light of `groups`, all of which see the surface of `look`, or the sky where there is none.
@@ -41,8 +41,8 @@ fn surface<S: Simd>(
     sums: &mut Sums,
 ) {
     let material = &shader.surfaces.materials[look.material as usize];
-    let diffuse = Vec3::from(material.diffuse);
-    let emission = Vec3::from(material.emission);
+    let diffuse = Vec3::from(material.diffuse).extend(0.0);
+    let emission = Vec3::from(material.emission).extend(0.0);
     let texture = Textured::new(simd, material, look, samples);
     for chunk in groups.chunks(LANES) {
         let at = samples.places(simd, chunk);
@@ -50,13 +50,12 @@ fn surface<S: Simd>(
         let reads = texture.as_ref().map(|texture| texture.sums(simd, samples, chunk, &at));
         for (i, group) in chunk.iter().enumerate().take(LANES) {
             let counts = samples.counts(group);
-            let reflected = diffuse * Vec3::new(light[0][i], light[1][i], light[2][i]);
-            let read = |half: usize| match &reads {
-                Some(reads) => reads[2 * i + half].truncate(),
-                None => Vec3::splat(counts[half]),
+            let reflected = diffuse * Vec4::new(light[0][i], light[1][i], light[2][i], 0.0);
+            let [even, odd] = match &reads {
+                Some(reads) => [reads[2 * i], reads[2 * i + 1]],
+                None => counts.map(Vec4::splat),
             };
-            let colors =
-                [emission * counts[0] + read(0) * reflected, emission * counts[1] + read(1) * reflected];
+            let colors = [emission * counts[0] + even * reflected, emission * counts[1] + odd * reflected];
             samples.add(group, colors, sums);
         }
     }
@@ -142,8 +141,8 @@ fn evaluate<S: Simd>(k: &Bilinear4, i: usize, at: &Places<S>) -> f32x16<S> {
 #[inline(always)]
 fn sky<S: Simd>(simd: S, shader: &Shader<'_>, samples: &Samples<'_>, groups: &[Group], sums: &mut Sums) {
     let zero = f32x16::splat(simd, 0.0);
-    let (up, horizon) = (shader.up, shader.horizon);
-    let climb = shader.zenith - horizon;
+    let (up, horizon) = (shader.up, shader.horizon.extend(0.0));
+    let climb = shader.zenith.extend(0.0) - horizon;
     for chunk in groups.chunks(LANES) {
         let at = samples.places(simd, chunk);
         let [rx, ry, rz] = samples.rays.at_all(simd, &at);

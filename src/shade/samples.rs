@@ -101,8 +101,8 @@ pub(crate) struct Samples<'a> {
     pub falloff: Option<&'a dyn Fn(Place, Vec3) -> f32>,
 }
 
-/// Sums of the even and the odd samples of each pixel of a tile.
-pub(crate) type Sums = [[Vec3; 2]];
+/// Sums of the even and the odd samples of each pixel of a tile: red, green and blue.
+pub(crate) type Sums = [[Vec4; 2]];
 
 impl Samples<'_> {
     /// The place of a group's block from the tile's centre.
@@ -146,7 +146,7 @@ impl Samples<'_> {
 
     /// Adds the light of a group's even and odd samples to its pixel.
     #[inline(always)]
-    pub(super) fn add(&self, group: &Group, mut colors: [Vec3; 2], sums: &mut Sums) {
+    pub(super) fn add(&self, group: &Group, mut colors: [Vec4; 2], sums: &mut Sums) {
         if let Some(falloff) = self.falloff {
             let place = self.place(group);
             let weight = falloff(place, self.rays.at(place));

@@ -217,9 +217,9 @@ fn surface<S: Simd>(
     sums: &mut Sums,
 ) {
     let material = &shader.surfaces.materials[look.material as usize];
-    let (diffuse, emission) = (Vec3::from(material.diffuse), Vec3::from(material.emission));
-    let color = diffuse * shader.sun.map_or(Vec3::ZERO, |(_, color)| color);
-    let ambient = diffuse * shader.ambient;
+    let [diffuse, emission] = [material.diffuse, material.emission].map(|c| Vec3::from(c).extend(0.0));
+    let color = diffuse * shader.sun.map_or(Vec4::ZERO, |(_, color)| color.extend(0.0));
+    let ambient = diffuse * shader.ambient.extend(0.0);
     let texture = Textured::new(simd, material, look, samples).map(|texture| {
         let shared = texture.shared(simd, samples, groups, &samples.places(simd, groups));
         (texture, shared)
@@ -251,9 +251,8 @@ fn surface<S: Simd>(
                     (all, lit)
                 }
             };
-            colors = [0, 1].map(|half: usize| {
-                emission * counts[half] + all[half].truncate() * ambient + lit[half].truncate() * color
-            });
+            colors =
+                [0, 1].map(|half: usize| emission * counts[half] + all[half] * ambient + lit[half] * color);
         }
         samples.add(group, colors, sums);
     }
