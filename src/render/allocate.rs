@@ -50,11 +50,15 @@ const ALIKE: f64 = 0.3;
 /// Rounds that it takes to get from a base to an error, about.
 const ROUNDS: f64 = 3.0;
 
+/// A base may take so many times the samples of the one that takes fewest, to save time.
+const SPARE: f64 = 1.15;
+
 /// Blocks that a base is chosen by.
 const ENOUGH_BLOCKS: usize = 512;
 
 /// How many samples all pixels should get at once, by what the first run found in some blocks: where the error is much the
-/// same everywhere, rounds cost more than they save, and `goal`, for these blocks alone, is best reached in one.
+/// same everywhere, rounds cost more than they save, and `goal`, for these blocks alone, is best reached in one. Where it
+/// is not, samples are saved for an error even if that takes longer, as it does on small pictures of many triangles.
 pub(super) fn base(blocks: &[Block], goal: Goal, fall: f64, most: u32, entries_per_pixel: f64) -> u32 {
     let round = ROUND + ROUND_ENTRY * entries_per_pixel;
     let stride = blocks.len().div_ceil(ENOUGH_BLOCKS).max(1);
@@ -65,7 +69,7 @@ pub(super) fn base(blocks: &[Block], goal: Goal, fall: f64, most: u32, entries_p
         Goal::Error(error) => Goal::Error(error * part),
         Goal::Samples(samples) => Goal::Samples(samples * part),
     };
-    // The price of a base: samples for an error, or an error for samples.
+    // The price of a base (samples for an error, or an error for samples), and for an error what it takes without.
     let price = |base: u32| {
         let raised = |block: &Block| {
             let falls = libm::pow(f64::from(block.samples.max(1)) / f64::from(base), fall);
@@ -87,28 +91,25 @@ pub(super) fn base(blocks: &[Block], goal: Goal, fall: f64, most: u32, entries_p
             })
         };
         match goal {
-            Goal::Error(goal) if error <= goal => spent,
-            Goal::Error(goal) => spent + LATER * more(Goal::Error(goal)).0 + ROUNDS * round * pixels,
-            Goal::Samples(samples) if spent > samples => f64::INFINITY,
+            Goal::Error(goal) if error <= goal => (spent, spent),
+            Goal::Error(goal) => {
+                let more = more(Goal::Error(goal)).0;
+                (spent + LATER * more + ROUNDS * round * pixels, spent + more)
+            }
+            Goal::Samples(samples) if spent > samples => (f64::INFINITY, 0.0),
             Goal::Samples(samples) => {
                 let left = samples - spent - round * pixels;
-                if left > 0.0 { more(Goal::Samples(left / LATER)).1.min(error) } else { error }
+                (if left > 0.0 { more(Goal::Samples(left / LATER)).1.min(error) } else { error }, 0.0)
             }
         }
     };
-    let candidates = Run::between(0, most).map(Run::end).take_while(|&end| end <= most);
     // Halves of a doubling are left to the rounds.
-    let candidates = candidates.filter(|end| end.is_power_of_two());
-    let (mut best, mut least) = (runs::FIRST_RUN, f64::INFINITY);
-    for candidate in candidates {
-        let price = price(candidate);
-        if price < least {
-            (best, least) = (candidate, price);
-        } else if price > 2.0 * least {
-            break;
-        }
-    }
-    best
+    let candidates: Vec<u32> =
+        Run::between(0, most).map(Run::end).filter(|end| end.is_power_of_two() && *end <= most).collect();
+    let prices: Vec<(f64, f64)> = candidates.iter().map(|&base| price(base)).collect();
+    let fewest = prices.iter().map(|price| price.1).fold(f64::INFINITY, f64::min);
+    let allowed = candidates.iter().zip(&prices).filter(|(_, price)| price.1 <= SPARE * fewest);
+    allowed.min_by(|a, b| a.1.0.total_cmp(&b.1.0)).map_or(runs::FIRST_RUN, |(&base, _)| base)
 }
 
 /// The number of samples that each block, row by row in `columns`, is to have; `most` at most.
