@@ -8,9 +8,10 @@ use common::scenes::{Random, Setting, camera, scene, yard};
 use glam::DVec3;
 use groundglass::picture::Allocation;
 use groundglass::render::{Execution, render, replay};
-use groundglass::scene::{Budget, Memory, Scene, parse};
+use groundglass::scene::{Budget, Files, Memory, Scene, parse};
 use groundglass::{ErrorKind, Exposure};
 use program::{CAMERA, TRIANGLE, run};
+use std::path::Path;
 use std::time::Instant;
 
 /// Surfaces with textures, seen with a wide aperture: some of the picture is sharp, some flat, some far out of focus.
@@ -102,6 +103,50 @@ fn samples_go_where_the_error_is() {
         uniform.rms_error(),
         adaptive.rms_error()
     );
+}
+
+/// The tower from below: most of the picture is sky.
+const HALF_SKY: &str = r#"
+[camera]
+eye_m = [-0.208, 0.04, 0.792]
+look_at_m = [0.036, 0.55, 0.0]
+focal_length_mm = 120.0
+f_number = 1.4
+film = "4x5"
+
+[focus]
+distance_m = 0.75
+
+[[mesh]]
+path = "tower/tower.obj"
+scale = 0.008
+
+[sun]
+toward = [0.5, 0.8, 0.6]
+color = [0.72, 0.68, 0.6]
+
+[sky]
+horizon = [0.5, 0.62, 0.78]
+zenith = [0.12, 0.27, 0.6]
+
+[render]
+width = 320
+"#;
+
+#[test]
+fn where_half_of_the_picture_is_flat_half_the_samples_do() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let description = parse(HALF_SKY, "half-sky.toml").unwrap().describe().unwrap();
+    let mut scene = description.load(&Files::new(), &folder, None).unwrap();
+    for samples in [64, 256] {
+        scene.render.budget = Budget::Samples(samples);
+        let uniform = draw(&scene);
+        scene.render.budget = Budget::MaxError(uniform.rms_error().unwrap());
+        let targeted = draw(&scene);
+        assert!(targeted.rms_error() <= uniform.rms_error());
+        let share = targeted.samples().mean() / f64::from(samples);
+        assert!(share < 0.5, "{share} of the samples that uniform sampling takes");
+    }
 }
 
 #[test]
