@@ -329,7 +329,7 @@ pub(crate) fn sums_and_weighted<S: Simd>(
 
 /// The sum over `lanes`, in one order at every SIMD level.
 #[inline(always)]
-fn total<S: Simd>(simd: S, x: f32x16<S>, lanes: u16) -> f32 {
+pub(super) fn total<S: Simd>(simd: S, x: f32x16<S>, lanes: u16) -> f32 {
     let mask = mask32x16::from_bitmask(simd, u64::from(lanes));
     let x = mask.select(x, f32x16::splat(simd, 0.0)).to_array();
     let mut sum = [0.0; 8];

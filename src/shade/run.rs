@@ -3,15 +3,15 @@
 //! Sixteen groups at a time, what hardly changes within a group is computed at its mean place: the normal, the
 //! light. What its samples read from the texture comes from [`super::texels`]. One generic source for every SIMD level, product and sum apart, so the same bits.
 
-use super::Shader;
 use super::coordinates::at_lens;
 use super::look::{Bilinear4, Look};
 use super::samples::{Places, Rays, Samples, Sums};
 use super::texels::Textured;
+use super::{Shader, gather};
 use crate::raster::LANES;
 use crate::raster::visibility::Group;
 use crate::simd::at_level;
-use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, f32x16};
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16};
 use glam::{Vec3, Vec4};
 
 impl Shader<'_> {
@@ -46,22 +46,31 @@ fn surface<S: Simd>(
     let texture = Textured::new(simd, material, look, samples);
     for chunk in groups.chunks(LANES) {
         let at = samples.places(simd, chunk);
-        let light = light(simd, shader, look, samples.rays, &at);
+        let (light, unsure) = light(simd, shader, look, samples.rays, &at);
         let reads = texture.as_ref().map(|texture| texture.sums(simd, samples, chunk, &at));
         for (i, group) in chunk.iter().enumerate().take(LANES) {
             let counts = samples.counts(group);
-            let reflected = diffuse * Vec4::new(light[0][i], light[1][i], light[2][i], 0.0);
+            let lights = match &look.normal {
+                Some(normal) if unsure >> i & 1 == 1 && group.lanes.count_ones() > FEW => {
+                    light_of_each(simd, shader, look, normal, samples, group)
+                }
+                _ => [Vec4::new(light[0][i], light[1][i], light[2][i], 0.0); 2],
+            };
             let [even, odd] = match &reads {
                 Some(reads) => [reads[2 * i], reads[2 * i + 1]],
                 None => counts.map(Vec4::splat),
             };
-            let colors = [emission * counts[0] + even * reflected, emission * counts[1] + odd * reflected];
+            let colors = [
+                emission * counts[0] + even * (diffuse * lights[0]),
+                emission * counts[1] + odd * (diffuse * lights[1]),
+            ];
             samples.add(group, colors, sums);
         }
     }
 }
 
-/// The light that falls on the surface at 16 places, on the side that is seen: red, green and blue.
+/// The light that falls on the surface at 16 places, on the side that is seen: red, green and blue. And where
+/// it may be another nearby: see [`UNSURE`].
 #[inline(always)]
 fn light<S: Simd>(
     simd: S,
@@ -69,31 +78,93 @@ fn light<S: Simd>(
     look: &Look,
     rays: &Rays,
     at: &Places<S>,
-) -> [[f32; LANES]; 3] {
+) -> ([[f32; LANES]; 3], u16) {
     let zero = f32x16::splat(simd, 0.0);
-    let [rx, ry, rz] = rays.at_all(simd, at);
-    let face = look.face;
     let Some(k) = &look.normal else {
+        let [rx, ry, rz] = rays.at_all(simd, at);
+        let face = look.face;
         let away = (rx * face.x + ry * face.y + rz * face.z).simd_gt(zero);
         let [front, back] = look.lit;
         let channel = |front: f32, back: f32| {
             away.select(f32x16::splat(simd, back), f32x16::splat(simd, front)).to_array()
         };
-        return [channel(front.x, back.x), channel(front.y, back.y), channel(front.z, back.z)];
+        return ([channel(front.x, back.x), channel(front.y, back.y), channel(front.z, back.z)], 0);
     };
-    let [nx, ny, nz] = smooth(simd, k, face, at);
     let (toward, color) = shader.sun.unwrap_or((Vec3::ZERO, Vec3::ZERO));
-    // Two-sided: the side that faces this lens point is lit.
-    let away = (rx * nx + ry * ny + rz * nz).simd_gt(zero);
-    let rise = nx * toward.x + ny * toward.y + nz * toward.z;
-    let rise = away.select(zero - rise, rise);
+    let (rise, unsure) = rise(simd, k, look.face, toward, rays, at);
     let rise = rise.simd_gt(zero).select(rise, zero);
     let ambient = shader.ambient;
-    [
+    let channels = [
         (rise * color.x + ambient.x).to_array(),
         (rise * color.y + ambient.y).to_array(),
         (rise * color.z + ambient.z).to_array(),
-    ]
+    ];
+    (channels, if shader.sun.is_some() { unsure } else { 0 })
+}
+
+/// Cosines against the line of sight and the sun that may be 0 at other samples of a group, where the other side
+/// is seen, or the sun sets. One light for the group would be wrong there, whatever the number of samples: on small curved
+/// models by 0.23 of the noise of 256 samples, and by 0.10 with light of their own.
+const UNSURE: (f32, f32) = (0.2, 0.08);
+
+/// Groups of no more samples share their light all the same: they lie close together.
+const FEW: u32 = 2;
+
+/// The height of the sun, as a cosine, over the side that is seen, at 16 places; and where it is unsure.
+#[inline(always)]
+fn rise<S: Simd>(
+    simd: S,
+    k: &Bilinear4,
+    face: Vec3,
+    toward: Vec3,
+    rays: &Rays,
+    at: &Places<S>,
+) -> (f32x16<S>, u16) {
+    let zero = f32x16::splat(simd, 0.0);
+    let [rx, ry, rz] = rays.at_all(simd, at);
+    let [nx, ny, nz] = smooth(simd, k, face, at);
+    // Two-sided: the side that faces this lens point is lit.
+    let view = rx * nx + ry * ny + rz * nz;
+    let rise = nx * toward.x + ny * toward.y + nz * toward.z;
+    let grazing = (view * view).simd_lt((rx * rx + ry * ry + rz * rz) * (UNSURE.0 * UNSURE.0));
+    let setting = rise.abs().simd_lt(f32x16::splat(simd, UNSURE.1));
+    let unsure = (grazing | setting).to_bitmask() as u16;
+    (view.simd_gt(zero).select(zero - rise, rise), unsure)
+}
+
+/// The mean light on the even and the odd samples of a group, each with a normal of its own.
+#[inline(always)]
+fn light_of_each<S: Simd>(
+    simd: S,
+    shader: &Shader<'_>,
+    look: &Look,
+    normal: &Bilinear4,
+    samples: &Samples<'_>,
+    group: &Group,
+) -> [Vec4; 2] {
+    let zero = f32x16::splat(simd, 0.0);
+    let (corner, batch) = (samples.corner(group), samples.batch);
+    let at = Places {
+        u: f32x16::load_array_ref(simd, &batch.u),
+        v: f32x16::load_array_ref(simd, &batch.v),
+        x: f32x16::load_array_ref(simd, &batch.x) + corner.x,
+        y: f32x16::load_array_ref(simd, &batch.y) + corner.y,
+    };
+    let (toward, color) = shader.sun.unwrap_or((Vec3::ZERO, Vec3::ZERO));
+    let (rise, _) = rise(simd, normal, look.face, toward, samples.rays, &at);
+    let rise = rise.simd_gt(zero).select(rise, zero);
+    let counts = samples.counts(group);
+    let sums = [
+        gather::total(simd, rise, group.lanes & !batch.odd),
+        gather::total(simd, rise, group.lanes & batch.odd),
+    ];
+    let mut lights = [Vec4::ZERO; 2];
+    for half in 0..2 {
+        if counts[half] > 0.0 {
+            lights[half] = (shader.ambient + color * (sums[half] / counts[half])).extend(0.0);
+        }
+    }
+    lights
 }
 
 /// The unit normals of a surface that interpolates them, on either side.
