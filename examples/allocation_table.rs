@@ -56,19 +56,14 @@ fn table(path: &Path, width: Option<u32>) -> Result<()> {
         let picture = draw(&scene, 1, Budget::Samples(samples))?;
         let found = view.targeted(&scene, picture.rms_error().unwrap_or(0.0))?;
         let uniform = view.uniform(found.squared);
-        let perfect = FEWEST.map(|fewest| view.perfect(fewest, found.squared));
+        let [bounded, perfect] = FEWEST.map(|fewest| view.perfect(fewest, found.squared));
+        let Found { samples: taken, error, mean, bias, steps, .. } = found;
         println!(
-            "| {name} | {samples} | {uniform:.1} | {:.1} | {:.3} | {:.1} | {:.1} | {:.2} | {:.2} | {:.2} | {:.3} | {:.3} | {:.2} |",
-            found.samples,
-            found.error,
-            perfect[0],
-            perfect[1],
-            found.samples / perfect[0],
-            found.samples / perfect[1],
-            found.samples / uniform,
-            found.mean,
-            found.bias,
-            found.steps,
+            "| {name} | {samples} | {uniform:.1} | {taken:.1} | {error:.3} | {bounded:.1} | {perfect:.1} | {:.2} | {:.2} \
+             | {:.2} | {mean:.3} | {bias:.3} | {steps:.2} |",
+            taken / bounded,
+            taken / perfect,
+            taken / uniform,
         );
     }
     Ok(())
@@ -112,10 +107,13 @@ struct View {
 /// What came of error-targeted pictures.
 struct Found {
     samples: f64,
+    /// Their true squared error over all pixels and channels, and the root mean square over the error asked for.
     squared: f64,
     error: f64,
+    /// The error of their mean over the one asked for, and what is left of it without the noise of so few.
     mean: f64,
     bias: f64,
+    /// Steps of the error across edges of blocks over those inside.
     steps: f64,
 }
 
@@ -124,13 +122,10 @@ impl View {
         let gain = libm::exp2(scene.render.exposure_ev) as f32;
         let truth = draw(scene, TRUTH.1, Budget::Samples(TRUTH.0))?;
         let width = truth.width() as usize;
-        let error = truth.rms_error().unwrap_or(0.0);
-        let truth = light(&truth, gain);
+        let (error, truth) = (truth.rms_error().unwrap_or(0.0), light(&truth, gain));
         let truth_squared = error * error * 3.0 * truth.len() as f64;
         let mut view = Self { width, gain, truth, truth_squared, curves: Vec::new() };
-        let blocks =
-            view.width.div_ceil(BLOCK as usize) * view.truth.len().div_ceil(view.width * BLOCK as usize);
-        view.curves = vec![Curve::default(); blocks];
+        view.curves = vec![Curve::default(); view.block(view.truth.len() - 1) + 1];
         for at in 0..view.truth.len() {
             let block = view.block(at);
             view.curves[block].pixels += 1.0;
@@ -159,7 +154,7 @@ impl View {
         let error = |doublings: usize| self.curves.iter().map(|curve| curve.errors[doublings]).sum::<f64>();
         let last = MOST.ilog2() as usize;
         let after = (1..last).find(|&doublings| error(doublings) <= goal).unwrap_or(last);
-        let (before, after, log) = (after - 1, after, |x: f64| libm::log2(x.max(1e-300)));
+        let (before, log) = (after - 1, |x: f64| libm::log2(x.max(1e-300)));
         let slope = log(error(before)) - log(error(after));
         libm::exp2(before as f64 + (log(error(before)) - log(goal)) / slope.max(1e-9))
     }
@@ -229,8 +224,8 @@ impl View {
             let gaps = gap(at).zip(gap(at + 1));
             let step =
                 gaps.map(|((a, b), (c, d))| f64::from((a - b.clamp(0.0, 1.0)) - (c - d.clamp(0.0, 1.0))));
-            let found = &mut steps[usize::from(x % BLOCK == BLOCK - 1)];
-            *found = (found.0 + step.map(|step| step * step).sum::<f64>(), found.1 + 1.0);
+            let (sum, count) = &mut steps[usize::from(x % BLOCK == BLOCK - 1)];
+            (*sum, *count) = (*sum + step.map(|step| step * step).sum::<f64>(), *count + 1.0);
         }
     }
 }
