@@ -36,11 +36,8 @@ pub(super) fn smooth<S: Simd>(
     choice: Choice<'_>,
     [right, down]: [f32x16<S>; 2],
 ) -> u16 {
-    let steps = (right * choice.right.size + choice.right.part).floor();
-    let (column, _) = wrap(simd, choice.right, steps, 0.0);
-    let steps = (down * choice.down.size + choice.down.part).floor();
-    let (row, _) = wrap(simd, choice.down, steps, 0.0);
-    let (columns, rows) = (column.to_array(), row.to_array());
+    let [columns, rows] = within(simd, choice, right, down);
+    let (columns, rows) = (columns.to_array(), rows.to_array());
     let mut found = 0;
     for lane in 0..LANES {
         found |= u16::from(map.smooth.around(columns[lane], rows[lane])) << lane;
@@ -64,11 +61,16 @@ fn nearest<S: Simd>(
 /// The number of the texel that each of 16 places lies in.
 #[inline(always)]
 fn nearest_texels<S: Simd>(simd: S, choice: Choice<'_>, right: f32x16<S>, down: f32x16<S>) -> [u32; LANES] {
-    let steps = (right * choice.right.size + choice.right.part).floor();
-    let (column, _) = wrap(simd, choice.right, steps, 0.0);
-    let steps = (down * choice.down.size + choice.down.part).floor();
-    let (row, _) = wrap(simd, choice.down, steps, 0.0);
+    let [column, row] = within(simd, choice, right, down);
     (row * u32x16::splat(simd, choice.level.width) + column).to_array()
+}
+
+/// The column and the row of the texel that each of 16 places lies in.
+#[inline(always)]
+fn within<S: Simd>(simd: S, choice: Choice<'_>, right: f32x16<S>, down: f32x16<S>) -> [u32x16<S>; 2] {
+    let column = (right * choice.right.size + choice.right.part).floor();
+    let row = (down * choice.down.size + choice.down.part).floor();
+    [wrap(simd, choice.right, column, 0.0).0, wrap(simd, choice.down, row, 0.0).0]
 }
 
 /// The colour of each of `lanes`, which look right and down from the texture's anchor.

@@ -47,7 +47,7 @@ fn surface<S: Simd>(
     for chunk in groups.chunks(LANES) {
         let at = samples.places(simd, chunk);
         let (light, unsure) = light(simd, shader, look, samples.rays, &at);
-        let reads = texture.as_ref().map(|texture| texture.sums(simd, samples, chunk, &at));
+        let reads = texture.as_ref().map(|texture| texture.sums(simd, chunk, &at));
         for (i, group) in chunk.iter().enumerate().take(LANES) {
             let counts = samples.counts(group);
             let lights = match &look.normal {

@@ -221,7 +221,7 @@ fn surface<S: Simd>(
     let color = diffuse * shader.sun.map_or(Vec4::ZERO, |(_, color)| color.extend(0.0));
     let ambient = diffuse * shader.ambient.extend(0.0);
     let texture = Textured::new(simd, material, look, samples).map(|texture| {
-        let shared = texture.shared(simd, samples, groups, &samples.places(simd, groups));
+        let shared = texture.shared(simd, groups, &samples.places(simd, groups));
         (texture, shared)
     });
     for (i, group) in groups.iter().enumerate().take(LANES) {
@@ -240,7 +240,7 @@ fn surface<S: Simd>(
                 let texel = shared.texels[i];
                 (counts.map(|count| texel * count), total.map(|total| texel * total))
             } else {
-                let Some((choice, at)) = texture.alone(simd, samples, group, shared.squares[i]) else {
+                let Some((choice, at)) = texture.alone(simd, group, shared.squares[i]) else {
                     continue;
                 };
                 let (lanes, odd) = (group.lanes, samples.batch.odd);

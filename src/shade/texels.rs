@@ -26,6 +26,7 @@ const DENSE: u32 = 12;
 pub(super) struct Textured<'a, S: Simd> {
     map: &'a Texture,
     look: &'a Look,
+    samples: &'a Samples<'a>,
     functions: &'a Bilinear4,
     /// At the samples of the batch, as functions of their block's place.
     coordinates: Coordinates<S>,
@@ -47,12 +48,13 @@ impl<'a, S: Simd> Textured<'a, S> {
         simd: S,
         material: &'a Material,
         look: &'a Look,
-        samples: &Samples<'_>,
+        samples: &'a Samples<'a>,
     ) -> Option<Self> {
         let (map, functions) = (material.diffuse_map.as_deref()?, look.texture.as_ref()?);
         Some(Self {
             map,
             look,
+            samples,
             functions,
             coordinates: Coordinates::of_batch(simd, functions, samples.batch),
         })
@@ -60,59 +62,55 @@ impl<'a, S: Simd> Textured<'a, S> {
 
     /// What `groups`, whose mean places are `at`, read.
     #[inline(always)]
-    pub(super) fn sums(&self, simd: S, samples: &Samples<'_>, groups: &[Group], at: &Places<S>) -> Reads {
+    pub(super) fn sums(&self, simd: S, groups: &[Group], at: &Places<S>) -> Reads {
         let mut reads = [Vec4::ZERO; 2 * LANES];
-        let Shared { which: shared, texels, squares } = self.shared(simd, samples, groups, at);
+        let Shared { which: shared, texels, squares } = self.shared(simd, groups, at);
         if shared != 0 {
             for (i, group) in groups.iter().enumerate().take(LANES) {
-                let [even, odd] = samples.counts(group);
+                let [even, odd] = self.samples.counts(group);
                 (reads[2 * i], reads[2 * i + 1]) = (texels[i] * even, texels[i] * odd);
             }
         }
-        let (mut dense, mut sparse) = (0, 0);
+        let mut rest = of_groups(groups) & !shared;
+        let mut sparse = 0;
         for (i, group) in groups.iter().enumerate().take(LANES) {
-            dense |= u16::from(group.lanes.count_ones() >= DENSE) << i;
             sparse |= u16::from(group.lanes.count_ones() < DENSE) << i;
         }
-        (dense, sparse) = (dense & !shared, sparse & !shared);
-        if sparse.count_ones() < 2 {
-            (dense, sparse) = (dense | sparse, 0);
+        if (sparse & rest).count_ones() < 2 {
+            sparse = 0;
         }
-        while dense | sparse != 0 {
-            let level = filter::colour_level(squares[(dense | sparse).trailing_zeros() as usize % LANES]);
-            let same = alike(&squares, level);
+        while rest != 0 {
+            let level = filter::colour_level(squares[rest.trailing_zeros() as usize % LANES]);
+            let same = rest & alike(&squares, level);
             if let Some(choice) = Choice::colour(self.map, level, self.look.anchor) {
-                if dense & same != 0 {
-                    self.full(simd, choice, samples, groups, dense & same, &mut reads);
-                }
-                if sparse & same != 0 {
-                    self.packed(simd, choice, samples, groups, sparse & same, &mut reads);
-                }
+                self.full(simd, choice, groups, same & !sparse, &mut reads);
+                self.packed(simd, choice, groups, same & sparse, &mut reads);
             }
-            (dense, sparse) = (dense & !same, sparse & !same);
+            rest &= !same;
         }
         reads
     }
 
     /// The one look-up of each group that needs no more: a single sample, or many that look where the texture is smooth.
     #[inline(always)]
-    pub(super) fn shared(&self, simd: S, samples: &Samples<'_>, groups: &[Group], at: &Places<S>) -> Shared {
+    pub(super) fn shared(&self, simd: S, groups: &[Group], at: &Places<S>) -> Shared {
         let (map, size) = (self.map, filter::size(self.map));
         let coordinates = Coordinates::new(self.functions, at.u, at.v);
         let spots = coordinates.at(simd, at.x, at.y);
         let places = spots.usable(simd);
         let squares = coordinates.shorter_side_squared(&spots, size);
-        let mut which = (0xffff_u32 >> (LANES - groups.len().min(LANES))) as u16;
-        if !samples.single {
-            which &= match Choice::colour(map, 0, self.look.anchor) {
-                Some(choice) if !map.smooth.is_empty() => {
-                    let [right, down] =
-                        reaches(self.functions, &coordinates, at, &spots, samples.means.ranges, size);
+        let mut which = of_groups(groups);
+        if !self.samples.single {
+            let finest = if map.smooth.is_empty() { None } else { Choice::colour(map, 0, self.look.anchor) };
+            which &= match finest {
+                Some(choice) => {
+                    let ranges = self.samples.means.ranges;
+                    let [right, down] = reaches(self.functions, &coordinates, at, &spots, ranges, size);
                     let reach = f32x16::splat(simd, Smooth::REACH);
                     let near = (right.simd_le(reach) & down.simd_le(reach)).to_bitmask() as u16;
                     near & alike(&squares, 0) & gather::smooth(simd, map, choice, places)
                 }
-                _ => 0,
+                None => 0,
             };
         }
         let mut texels = [Vec4::ZERO; LANES];
@@ -144,57 +142,36 @@ impl<'a, S: Simd> Textured<'a, S> {
 
     /// How the samples of a group look into the texture by themselves, and where.
     #[inline(always)]
-    pub(super) fn alone(
-        &self,
-        simd: S,
-        samples: &Samples<'_>,
-        group: &Group,
-        square: f32,
-    ) -> Option<(Choice<'a>, [f32x16<S>; 2])> {
+    pub(super) fn alone(&self, simd: S, group: &Group, square: f32) -> Option<(Choice<'a>, [f32x16<S>; 2])> {
         let choice = Choice::colour(self.map, filter::colour_level(square), self.look.anchor)?;
-        Some((choice, self.places(simd, samples, group)))
+        Some((choice, self.places(simd, group)))
     }
 
     #[inline(always)]
-    fn places(&self, simd: S, samples: &Samples<'_>, group: &Group) -> [f32x16<S>; 2] {
-        let corner = samples.corner(group);
+    fn places(&self, simd: S, group: &Group) -> [f32x16<S>; 2] {
+        let corner = self.samples.corner(group);
         let (x, y) = (f32x16::splat(simd, corner.x), f32x16::splat(simd, corner.y));
         self.coordinates.at(simd, x, y).usable(simd)
     }
 
     /// Groups of the mask `which`, each by itself.
     #[inline(always)]
-    fn full(
-        &self,
-        simd: S,
-        choice: Choice<'_>,
-        samples: &Samples<'_>,
-        groups: &[Group],
-        which: u16,
-        reads: &mut Reads,
-    ) {
+    fn full(&self, simd: S, choice: Choice<'_>, groups: &[Group], which: u16, reads: &mut Reads) {
         let mut rest = which;
         while rest != 0 {
             let i = rest.trailing_zeros() as usize % LANES;
             rest &= rest - 1;
             let Some(group) = groups.get(i) else { continue };
-            let at = self.places(simd, samples, group);
-            let [even, odd] = gather::sums(simd, choice, at, group.lanes, samples.batch.odd);
+            let at = self.places(simd, group);
+            let [even, odd] = gather::sums(simd, choice, at, group.lanes, self.samples.batch.odd);
             (reads[2 * i], reads[2 * i + 1]) = (even, odd);
         }
     }
 
     /// Groups of the mask `which`, their samples side by side, whichever group they belong to.
     #[inline(always)]
-    fn packed(
-        &self,
-        simd: S,
-        choice: Choice<'_>,
-        samples: &Samples<'_>,
-        groups: &[Group],
-        which: u16,
-        reads: &mut Reads,
-    ) {
+    fn packed(&self, simd: S, choice: Choice<'_>, groups: &[Group], which: u16, reads: &mut Reads) {
+        let samples = self.samples;
         let (mut waiting, mut lanes) = (which, 0);
         let (mut at, mut corner) = (0, Vec2::ZERO);
         let mut places = [[0.0; LANES]; 4];
@@ -234,6 +211,12 @@ impl<'a, S: Simd> Textured<'a, S> {
             gather::add_each(simd, choice, spots, &owners[..filled.min(LANES)], reads);
         }
     }
+}
+
+/// The lanes that stand for a group.
+#[inline(always)]
+fn of_groups(groups: &[Group]) -> u16 {
+    (0xffff_u32 >> (LANES - groups.len().min(LANES))) as u16
 }
 
 /// Where colours are read from this level.
@@ -299,7 +282,7 @@ mod tests {
         };
         at_level!(SimdLevel::best().level(), simd => {
             let texture = Textured::new(simd, &material, &look, &samples).unwrap();
-            texture.sums(simd, &samples, groups, &samples.places(simd, groups))
+            texture.sums(simd, groups, &samples.places(simd, groups))
         })
     }
 
