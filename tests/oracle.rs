@@ -2,12 +2,13 @@
 
 mod common;
 
-use common::extremes::Extreme;
+use common::extremes::{self, Extreme};
 use common::oracle;
 use common::scenes::{Random, Setting, camera, scene, yard};
 use glam::DVec3;
+use groundglass::picture::{Allocation, Exposure};
 use groundglass::quantity::Angle;
-use groundglass::render::{Execution, SimdLevel, render};
+use groundglass::render::{Execution, SimdLevel, render, replay};
 use groundglass::scene::{Blades, Budget, Scene};
 
 const ALIGNED: Setting =
@@ -153,6 +154,28 @@ fn extreme_inputs_equal_the_oracle() {
             compare(&format!("{extreme:?}, N = {samples}"), &extreme.scene(400, 70, samples));
         }
     }
+}
+
+#[test]
+fn loose_triangles_are_seen_from_the_same_lens_points() {
+    for (triangles, samples) in [(300, 4), (60, 32)] {
+        compare(&format!("loose, N = {samples}"), &extremes::loose(triangles, 260, samples));
+    }
+}
+
+#[test]
+fn loose_triangles_in_rounds_and_in_one_go_are_the_same_bytes() {
+    let mut scene = extremes::loose(300, 260, 16);
+    scene.render.budget = Budget::MaxError(0.004);
+    let bytes = |picture: &Exposure| -> Vec<_> {
+        let pixels = (0..picture.height()).flat_map(|y| (0..picture.width()).map(move |x| (x, y)));
+        pixels.map(|(x, y)| picture.pixel(x, y).map(f32::to_bits)).collect()
+    };
+    let on = |threads: usize| Execution { threads: Some(threads), ..Execution::default() };
+    let (first, _) = render(&scene, on(2)).unwrap();
+    assert!(matches!(first.samples(), Allocation::Blocks(_)), "no block had more than another");
+    let (again, _) = replay(&scene, first.samples(), on(1)).unwrap();
+    assert!(bytes(&again) == bytes(&first));
 }
 
 #[test]

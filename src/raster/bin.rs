@@ -5,6 +5,7 @@
 
 use super::bounds::{Frustum, PixelBox, point_boxes};
 use super::lists::{Cursor, TileLists, Tiles};
+use super::loose::{self, LensPoints, Loose};
 use super::order::{by_key, key};
 use super::view::{LensCell, View};
 use super::{LANES, TILE};
@@ -36,6 +37,8 @@ pub(crate) struct Bins {
     cells: usize,
     /// Places in `candidates`, nearest first.
     order: Vec<u32>,
+    /// The same, in order, as [`super::loose`] sees them; empty where most of what the tiles list is not loose.
+    loose: Vec<Loose>,
     /// Places in `order`, by tile.
     lists: TileLists,
     pub tiles_x: u32,
@@ -95,7 +98,12 @@ impl Bins {
         let order = if stop() { Vec::new() } else { order };
         let tiles: Vec<Tiles> = order.par_iter().map(|&place| tiles[place as usize]).collect();
         let lists = TileLists::new(tiles_x, tiles_y, &tiles);
-        Self { candidates, boxes, order, cells: cells.len(), lists, tiles_x, tiles_y }
+        let corners = |place: u32| {
+            let candidate = &candidates[place as usize];
+            candidate.is_inside.then(|| candidate.vertices.map(|v| positions[v as usize]))
+        };
+        let loose = loose::find(view, &order, &tiles, corners);
+        Self { candidates, boxes, order, loose, cells: cells.len(), lists, tiles_x, tiles_y }
     }
 
     /// How many entries the lists have.
@@ -108,13 +116,36 @@ impl Bins {
         self.lists.fullest()
     }
 
-    /// The next candidates, at most 16, that may touch tile `(x, y)`, nearest first; tells how many, fewer at the end.
-    pub(crate) fn next(&self, tile: (u32, u32), cursor: &mut Cursor, out: &mut [u32; LANES]) -> usize {
-        let count = self.lists.next(tile, cursor, out);
-        for place in &mut out[..count] {
-            *place = self.order[*place as usize];
+    /// Whether most of what the tiles list are triangles that few of a tile's lens points see.
+    pub(crate) fn are_loose(&self) -> bool {
+        !self.loose.is_empty()
+    }
+
+    /// The next candidates, nearest first, that may touch tile `(x, y)` as seen from its lens points, where they are given.
+    pub(super) fn next(
+        &self,
+        tile: (u32, u32),
+        cursor: &mut Cursor,
+        lens: Option<&LensPoints>,
+        out: &mut Waiting,
+    ) {
+        out.count = 0;
+        while out.count < LANES {
+            let places = &mut out.places[out.count..];
+            let found = self.lists.next(tile, cursor, places);
+            if found == 0 {
+                return;
+            }
+            for at in out.count..out.count + found {
+                let place = out.places[at] as usize;
+                let batches = match (lens, self.loose.get(place)) {
+                    (Some(lens), Some(loose)) => lens.seeing(loose, tile),
+                    _ => u64::MAX,
+                };
+                (out.places[out.count], out.batches[out.count]) = (self.order[place], batches);
+                out.count += usize::from(batches != 0);
+            }
         }
-        count
     }
 
     /// A candidate, and for each cell the pixels that it can reach from lens points there.
@@ -122,6 +153,15 @@ impl Bins {
         let first = place as usize * self.cells;
         (&self.candidates[place as usize], &self.boxes[first..first + self.cells])
     }
+}
+
+/// Candidates of one tile that are to be set up.
+#[derive(Default)]
+pub(super) struct Waiting {
+    pub places: [u32; LANES],
+    /// For each the batches that may see it, of the tile's first 64.
+    pub batches: [u64; LANES],
+    pub count: usize,
 }
 
 /// What one task finds: candidates, their boxes and the tiles that they touch.

@@ -21,6 +21,8 @@ use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, 
 pub(crate) struct Visits<'a> {
     pub block: &'a Block,
     pub spans: &'a Spans,
+    /// Triangles that the batch may see.
+    pub some: u16,
     pub film: &'a TileFilm,
     /// Width and height of a block of pixels.
     pub size: (u32, u32),
@@ -81,7 +83,7 @@ fn cover_all<S: Simd>(
     let nearest = f32x16::load_array_ref(simd, &visits.block.nearest);
     // What is no number is not behind anything.
     let hidden = nearest.simd_le(f32x16::splat(simd, floor)).to_bitmask() as u16;
-    let mut rest = visits.block.live & visits.spans.some & !hidden;
+    let mut rest = visits.block.live & visits.some & !hidden;
     while rest != 0 {
         cover_one(simd, batch, visits, rest.trailing_zeros() as usize % LANES, seen, opaque);
         rest &= rest - 1;
@@ -111,7 +113,7 @@ fn cover_one<S: Simd>(
     seen: &mut Visibility,
     opaque: &Opaque<'_>,
 ) {
-    let Visits { block, spans, film, size } = *visits;
+    let Visits { block, spans, film, size, .. } = *visits;
     let u = f32x16::load_array_ref(simd, &batch.u);
     let v = f32x16::load_array_ref(simd, &batch.v);
     let zero = f32x16::splat(simd, 0.0);
@@ -243,7 +245,8 @@ mod tests {
                 (block.near, block.cutout) = (0xffff, 0x1111);
                 block.imaged = if round % 2 == 0 { 0xffff } else { 0 };
                 let spans = Spans { blocks: [[0, 31, 0, 31]; LANES], some: 0xffff };
-                let visits = Visits { block: &block, spans: &spans, film: &film, size: (1, 1) };
+                let visits =
+                    Visits { block: &block, spans: &spans, some: spans.some, film: &film, size: (1, 1) };
                 cover(level, &batch, &visits, &mut seen, &|visit, block, lanes| {
                     lanes & (0x6db6_u32 >> ((visit.id as usize + block) % 3)) as u16
                 });

@@ -30,7 +30,7 @@ impl Tiles {
         Self { x0: self.x0 >> shift, x1: self.x1 >> shift, y0: self.y0 >> shift, y1: self.y1 >> shift }
     }
 
-    fn count(self) -> u32 {
+    pub(super) fn count(self) -> u32 {
         u32::from(self.x1 - self.x0 + 1) * u32::from(self.y1 - self.y0 + 1)
     }
 

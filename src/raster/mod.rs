@@ -9,6 +9,7 @@
 //!   of the aperture.
 //! * [`order`]: nearest first.
 //! * [`bin`], [`lists`]: which triangles may touch which tile of 32 x 32 pixels, in that order.
+//! * [`loose`]: of small triangles far out of focus, those that some lens point of a tile sees there.
 //! * [`film`]: a tile's centre, and the function of an edge or face there.
 //! * [`setup`]: these functions of 16 triangles, once a sample may see them.
 //! * [`kernel`]: one triangle for 16 samples: its functions at 16 lens points, then coverage and depth by
@@ -36,6 +37,7 @@ pub(crate) mod bounds;
 pub(crate) mod film;
 pub(crate) mod kernel;
 mod lists;
+mod loose;
 mod order;
 mod regions;
 mod scatter;

@@ -3,12 +3,13 @@
 //! Triangles are set up 16 at a time, and only when a batch comes to them: what lies behind all that the batches
 //! see, nearest corner and all, is never touched.
 
-use super::bin::Bins;
+use super::bin::{Bins, Waiting};
 use super::film::TileFilm;
 use super::kernel::{Opaque, Visits, cover};
 use super::lists::Cursor;
+use super::loose::LensPoints;
 use super::setup::{Block, Corners};
-use super::view::{Batch, View};
+use super::view::{Batch, Pattern, View};
 use super::visibility::{Group, Visibility, group, singles};
 use super::{LANES, TILE};
 use fearless_simd::Level;
@@ -48,13 +49,19 @@ impl Spans {
 pub(crate) struct TileScratch {
     tile: (u32, u32),
     cursor: Cursor,
+    /// The tile's lens points, where most of its triangles are loose.
+    lens: LensPoints,
+    is_loose: bool,
+    /// The cell of each of the tile's batches.
+    batch_cells: Vec<usize>,
     /// The candidates to be set up next.
-    next: [u32; LANES],
-    waiting: usize,
+    next: Waiting,
     /// Set-ups, of which the first `ready` are this tile's, and cell by cell their spans.
     blocks: Vec<Block>,
     ready: usize,
     spans: Vec<Spans>,
+    /// For each block and batch, where the tile is loose, the triangles that may be seen.
+    seeing: Vec<u16>,
     /// For each block at least the largest `1/t` of it and all after it.
     nearest: Vec<f32>,
     /// The surfaces in the tile, each with one of its triangles.
@@ -74,11 +81,14 @@ impl Default for TileScratch {
         Self {
             tile: (0, 0),
             cursor: Cursor::default(),
-            next: [0; LANES],
-            waiting: 0,
+            lens: LensPoints::default(),
+            is_loose: false,
+            batch_cells: Vec::new(),
+            next: Waiting::default(),
             blocks: Vec::new(),
             ready: 0,
             spans: Vec::new(),
+            seeing: Vec::new(),
             nearest: Vec::new(),
             surfaces: Vec::new(),
             met: Vec::new(),
@@ -92,30 +102,41 @@ impl Default for TileScratch {
 }
 
 impl TileScratch {
-    /// Starts tile `(x, y)`, for batches that serve `block` pixels across and down.
+    /// Starts tile `(x, y)`, for batches that serve `block` pixels across and down. Where bins are loose, only the batches of
+    /// `pattern` may follow.
     pub(crate) fn prepare(
         &mut self,
         geometry: &Geometry<'_>,
         cells: usize,
         block: (u32, u32),
         tile: (u32, u32),
-    ) -> TileFilm {
+        pattern: &Pattern,
+    ) {
         self.tile = tile;
-        self.cursor = Cursor::default();
-        self.waiting = geometry.bins.next(tile, &mut self.cursor, &mut self.next);
         self.cells = cells;
         self.block = block;
         self.ready = 0;
         self.spans.clear();
+        self.seeing.clear();
         self.nearest.clear();
         self.surfaces.clear();
         self.met.resize(geometry.surfaces, (0, 0));
         self.tiles += 1;
         self.seconds = 0.0;
-        TileFilm::new(geometry.view, tile.0, tile.1)
+        self.is_loose = geometry.bins.are_loose() && self.lens.set(pattern);
+        self.batch_cells.clear();
+        self.batch_cells.extend(pattern.batches.iter().map(|batch| batch.cell));
+        self.cursor = Cursor::default();
+        self.pull(geometry);
     }
 
-    /// Draws one batch of samples in the `wanted` regions of 4 x 4 blocks (see [`Visibility::clear`]); what is seen stays
+    /// Finds the triangles that are to be set up next.
+    fn pull(&mut self, geometry: &Geometry<'_>) {
+        let lens = self.is_loose.then_some(&self.lens);
+        geometry.bins.next(self.tile, &mut self.cursor, lens, &mut self.next);
+    }
+
+    /// Draws one batch of samples, with its number in the tile's pattern, in the `wanted` regions of 4 x 4 blocks (see [`Visibility::clear`]); what is seen stays
     /// until the next.
     pub(crate) fn draw(
         &mut self,
@@ -123,7 +144,7 @@ impl TileScratch {
         wanted: u64,
         geometry: &Geometry<'_>,
         film: &TileFilm,
-        batch: &Batch,
+        (number, batch): (usize, &Batch),
         opaque: &Opaque<'_>,
     ) {
         self.seen.clear(self.block.0, self.block.1, wanted);
@@ -132,10 +153,10 @@ impl TileScratch {
                 break;
             }
             if at == self.ready {
-                if self.waiting == 0 {
+                if self.next.count == 0 {
                     break;
                 }
-                let (first, _) = geometry.bins.candidate(self.next[0]);
+                let (first, _) = geometry.bins.candidate(self.next.places[0]);
                 let nearest = (film.deepest / f64::from(first.nearest)) as f32 * 1.000_01;
                 if self.seen.hides(nearest, batch.live) {
                     break;
@@ -150,12 +171,10 @@ impl TileScratch {
             if self.seen.hides(self.nearest[at], batch.live) {
                 break;
             }
-            let visits = Visits {
-                block: &self.blocks[at],
-                spans: &self.spans[at * self.cells + batch.cell],
-                film,
-                size: self.block,
-            };
+            let spans = &self.spans[at * self.cells + batch.cell];
+            let some =
+                if self.is_loose { self.seeing[at * self.batch_cells.len() + number] } else { spans.some };
+            let visits = Visits { block: &self.blocks[at], spans, some, film, size: self.block };
             cover(level, batch, &visits, &mut self.seen, opaque);
         }
     }
@@ -171,7 +190,7 @@ impl TileScratch {
         (block.imaged, block.near, block.cutout) = (0, 0, 0);
         // Farther from the tile's centre single precision does not place a corner as well as `scatter` assumes.
         let is_narrow = geometry.view.spread.iter().all(|&spread| spread < 2000.0);
-        for (lane, &place) in self.next.iter().take(self.waiting).enumerate() {
+        for (lane, &place) in self.next.places.iter().take(self.next.count).enumerate() {
             let (candidate, _) = bins.candidate(place);
             for (corner, &vertex) in corners.iter_mut().zip(&candidate.vertices) {
                 let place = geometry.positions[vertex as usize];
@@ -187,7 +206,7 @@ impl TileScratch {
             block.cutout |= u16::from(geometry.cutout[candidate.triangle as usize]) << lane;
         }
         film.set_up(level, &corners, &depths, block);
-        block.live &= (0xffff_u32 >> (LANES - self.waiting)) as u16;
+        block.live &= (0xffff_u32 >> (LANES - self.next.count)) as u16;
 
         let first = self.spans.len();
         self.spans.resize(first + self.cells, Spans::NONE);
@@ -201,7 +220,7 @@ impl TileScratch {
                 self.surfaces.push(block.triangles[lane]);
             }
             block.ids[lane] = met.1;
-            let (_, boxes) = bins.candidate(self.next[lane]);
+            let (_, boxes) = bins.candidate(self.next.places[lane]);
             for (spans, pixels) in self.spans[first..].iter_mut().zip(boxes) {
                 let columns = range(pixels.x0, pixels.x1, self.tile.0, self.block.0);
                 let rows = range(pixels.y0, pixels.y1, self.tile.1, self.block.1);
@@ -211,8 +230,17 @@ impl TileScratch {
                 }
             }
         }
+        if self.is_loose {
+            let spans = &self.spans[first..];
+            self.seeing.extend(self.batch_cells.iter().enumerate().map(|(batch, &cell)| {
+                let each = self.next.batches.iter().enumerate();
+                let seeing =
+                    each.fold(0, |sum, (lane, batches)| sum | ((batches >> batch & 1) as u16) << lane);
+                seeing & spans[cell].some
+            }));
+        }
         self.ready += 1;
-        self.waiting = bins.next(self.tile, &mut self.cursor, &mut self.next);
+        self.pull(geometry);
     }
 
     /// Sorts the samples of the batch that was drawn by what they see.

@@ -127,8 +127,7 @@ impl Picture<'_> {
             stop: &|| self.stopped(),
         };
         let block = sampling::block(self.streams);
-        let film = raster.prepare(&geometry, self.cells.len(), block, tile);
-        looks.get_mut().clear();
+        let film = TileFilm::new(&self.view, tile.0, tile.1);
         let rays = Rays {
             p: film.p.as_vec3(),
             dx: film.dx.as_vec3(),
@@ -152,17 +151,29 @@ impl Picture<'_> {
             if let Some(diffraction) = &self.diffraction {
                 pattern = diffraction.displace(&self.view, tile, &pattern);
             }
+            // What is set up serves all steps, but not where it is what this step's lens points see.
+            if done == 0 || self.bins.are_loose() {
+                raster.prepare(&geometry, self.cells.len(), block, tile, &pattern);
+                looks.get_mut().clear();
+            }
             watch.lap(&mut tally.stages.setup);
-            for batch in &pattern.batches {
+            for (number, batch) in pattern.batches.iter().enumerate() {
                 if stop() {
                     return (tally, done);
                 }
-                raster.draw(self.level, step.wanted, &geometry, &film, batch, &|visit, block, lanes| {
-                    let mut looks = looks.borrow_mut();
-                    let look = looks.get_or_make(visit.id, || self.look(&film, visit.triangle));
-                    let (corner, key) = self.corner(tile, &pattern, batch, block);
-                    self.shader.met(self.level, look, visit.triangle, (batch, corner), lanes, key)
-                });
+                raster.draw(
+                    self.level,
+                    step.wanted,
+                    &geometry,
+                    &film,
+                    (number, batch),
+                    &|visit, block, lanes| {
+                        let mut looks = looks.borrow_mut();
+                        let look = looks.get_or_make(visit.id, || self.look(&film, visit.triangle));
+                        let (corner, key) = self.corner(tile, &pattern, batch, block);
+                        self.shader.met(self.level, look, visit.triangle, (batch, corner), lanes, key)
+                    },
+                );
                 watch.lap(&mut tally.stages.coverage);
                 let setup = std::mem::take(&mut raster.seconds);
                 tally.stages.setup += setup;

@@ -116,6 +116,19 @@ impl Extreme {
     }
 }
 
+/// Small triangles, each blurred over four tenths of the picture's width.
+pub fn loose(triangles: usize, width: u32, samples: u32) -> Scene {
+    let (eye, at) = (DVec3::new(0.0, 1.0, 4.0), DVec3::new(0.0, 1.0, 0.0));
+    let mut field = Field::new();
+    for _ in 0..triangles {
+        let middle = at + field.random.point(0.4);
+        let corners = [0; 3].map(|_| middle + field.random.point(0.03));
+        field.triangle(corners);
+    }
+    let camera = camera(eye, at, 150.0, Setting { f_number: 0.5, stretch: 1.2, ..ORDINARY });
+    field.take(&camera, width, samples)
+}
+
 struct Field {
     random: Random,
     surfaces: Surfaces,
