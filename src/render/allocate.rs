@@ -130,21 +130,9 @@ pub(super) fn allocate(
 
 /// As [`allocate`], by these `errors` of the blocks.
 fn spread(blocks: &[Block], errors: Vec<f64>, goal: Goal, fall: f64, most: u32, growth: u32) -> Vec<u32> {
-    let levels: Vec<u32> = Run::between(0, most).map(Run::end).take_while(|&end| end <= most).collect();
-    let powers: Vec<f64> = levels.iter().map(|&n| libm::pow(f64::from(n), -fall)).collect();
-    let level = |samples: u32| levels.partition_point(|&n| n < samples).min(levels.len().saturating_sub(1));
-    let keys: Vec<f64> = errors
-        .into_iter()
-        .zip(blocks)
-        .map(|(error, block)| {
-            let at_one = error / f64::from(block.pixels.max(1)) / powers[level(block.samples)];
-            libm::pow(at_one.max(0.0), 1.0 / (1.0 + fall))
-        })
-        .collect();
-    let wanted = |block: &Block, key: f64, factor: f64| {
-        let limit = block.samples.saturating_mul(growth).min(most);
-        runs::nearest((key * factor).min(1e9)).clamp(block.samples, limit.max(block.samples))
-    };
+    let levels = Levels::new(most, fall);
+    let keys: Vec<Key> =
+        errors.into_iter().zip(blocks).map(|(e, block)| levels.key(block, e, growth)).collect();
     // The sums grow (samples) or fall (error) with the factor: halve the range of its logarithm.
     let (mut low, mut high) = (-40.0f64, 120.0f64);
     for _ in 0..44 {
@@ -152,15 +140,15 @@ fn spread(blocks: &[Block], errors: Vec<f64>, goal: Goal, fall: f64, most: u32, 
         let factor = libm::exp2(middle);
         let enough = match goal {
             Goal::Error(error) => {
-                let left = |(block, &key): (&Block, &f64)| {
-                    let (now, then) = (level(block.samples), level(wanted(block, key, factor)));
-                    block.error * powers[then] / powers[now]
+                let left = |(block, key): (&Block, &Key)| {
+                    block.error * levels.powers[levels.wanted(key, factor)] / levels.powers[key.now]
                 };
                 blocks.iter().zip(&keys).map(left).sum::<f64>() <= error
             }
             Goal::Samples(samples) => {
-                let more = |(block, &key): (&Block, &f64)| {
-                    f64::from(block.pixels) * f64::from(wanted(block, key, factor) - block.samples)
+                let more = |(block, key): (&Block, &Key)| {
+                    let wanted = levels.samples[levels.wanted(key, factor)].max(block.samples);
+                    f64::from(block.pixels) * f64::from(wanted - block.samples)
                 };
                 blocks.iter().zip(&keys).map(more).sum::<f64>() >= samples
             }
@@ -169,7 +157,59 @@ fn spread(blocks: &[Block], errors: Vec<f64>, goal: Goal, fall: f64, most: u32, 
     }
     // An error is to be reached, a number of samples not exceeded.
     let factor = libm::exp2(if matches!(goal, Goal::Error(_)) { high } else { low });
-    blocks.iter().zip(&keys).map(|(block, &key)| wanted(block, key, factor)).collect()
+    let wanted = |(block, key): (&Block, &Key)| levels.samples[levels.wanted(key, factor)].max(block.samples);
+    blocks.iter().zip(&keys).map(wanted).collect()
+}
+
+/// The numbers of samples that a block may have, in a table: a picture has tens of thousands of blocks, and each is asked
+/// some forty times.
+struct Levels {
+    samples: Vec<u32>,
+    /// What is left at each of the squared error at one sample.
+    powers: Vec<f64>,
+    /// From here on the next is nearer, by ratio.
+    ends: Vec<f64>,
+    exponent: f64,
+}
+
+/// What is asked of a block over and over.
+struct Key {
+    /// What its number of samples is to be proportional to.
+    weight: f64,
+    /// Its own level, and the highest that it may reach now.
+    now: usize,
+    last: usize,
+}
+
+impl Levels {
+    /// 16 at least.
+    fn new(most: u32, fall: f64) -> Self {
+        let reached = Run::between(0, most).map(Run::end).take_while(|&end| end <= most);
+        let samples: Vec<u32> = reached.chain((most < runs::FIRST_RUN).then_some(runs::FIRST_RUN)).collect();
+        let powers = samples.iter().map(|&n| libm::pow(f64::from(n), -fall)).collect();
+        let ends = samples.windows(2).map(|two| (f64::from(two[0]) * f64::from(two[1])).sqrt()).collect();
+        Self { samples, powers, ends, exponent: 1.0 / (1.0 + fall) }
+    }
+
+    fn level(&self, samples: u32) -> usize {
+        self.samples.partition_point(|&n| n < samples).min(self.samples.len() - 1)
+    }
+
+    /// For a block with this squared error, which may get `growth` times the samples that it has.
+    fn key(&self, block: &Block, error: f64, growth: u32) -> Key {
+        let now = self.level(block.samples);
+        let at_one = error / f64::from(block.pixels.max(1)) / self.powers[now];
+        let weight = libm::pow(at_one.max(0.0), self.exponent);
+        let most = block.samples.saturating_mul(growth);
+        let last = self.samples.partition_point(|&n| n <= most).saturating_sub(1).max(now);
+        Key { weight, now, last }
+    }
+
+    /// The level that is nearest to a block's share.
+    fn wanted(&self, key: &Key, factor: f64) -> usize {
+        let share = key.weight * factor;
+        self.ends.partition_point(|&end| end <= share).clamp(key.now, key.last)
+    }
 }
 
 /// How errors fell from `before` to `after`, as the exponent that explains the sum of all that got more samples.
