@@ -219,7 +219,7 @@ mod tests {
                 batch
             })
             .collect();
-        let pattern = Pattern { block_width: 1, block_height: 1, batches };
+        let pattern = Pattern { block_bits: [0; 2], batches };
         let mut points = LensPoints::default();
         assert!(points.set(&pattern));
         let (mut looked, mut seen, mut kept) = (0, 0, 0);

@@ -94,11 +94,12 @@ impl Batch {
     }
 }
 
-/// All samples of a tile: batches of 16, each of which visits every block of `width` x `height` pixels.
+/// All samples of a tile: batches of 16, each of which visits every block of pixels.
 #[derive(Clone, Debug)]
 pub(crate) struct Pattern {
-    pub block_width: u32,
-    pub block_height: u32,
+    /// Logarithms to base 2 of a block's width and height: a shift is not a division, which every group of samples
+    /// would need three times.
+    pub block_bits: [u32; 2],
     pub batches: Vec<Batch>,
 }
 
@@ -106,18 +107,18 @@ impl Pattern {
     /// The left top pixel of a block, in the tile.
     #[inline(always)]
     pub(crate) fn corner(&self, block: u32) -> (u32, u32) {
-        // Blocks in a row are a power of two, and a shift is not a division.
-        let bits = (TILE / self.block_width).trailing_zeros();
-        ((block & ((1 << bits) - 1)) * self.block_width, (block >> bits) * self.block_height)
+        let [across, down] = self.block_bits;
+        let row = TILE.trailing_zeros() - across;
+        ((block & ((1 << row) - 1)) << across, (block >> row) << down)
     }
 
     /// Moves all samples to the middle of their pixels.
     pub(crate) fn center(&mut self) {
         for batch in &mut self.batches {
             for lane in 0..LANES {
-                let inside = u32::from(batch.pixel[lane]);
-                batch.x[lane] = (inside % self.block_width) as f32 + 0.5;
-                batch.y[lane] = (inside / self.block_width) as f32 + 0.5;
+                let (column, row) = inside(batch.pixel[lane], self.block_bits);
+                batch.x[lane] = column as f32 + 0.5;
+                batch.y[lane] = row as f32 + 0.5;
             }
         }
     }
@@ -125,9 +126,15 @@ impl Pattern {
     /// The pixel, in the tile, of a lane at the block with this corner.
     #[inline(always)]
     pub(crate) fn pixel(&self, (x, y): (u32, u32), batch: &Batch, lane: usize) -> (u32, u32) {
-        let inside = u32::from(batch.pixel[lane % LANES]);
-        (x + inside % self.block_width, y + inside / self.block_width)
+        let (column, row) = inside(batch.pixel[lane % LANES], self.block_bits);
+        (x + column, y + row)
     }
+}
+
+/// A pixel's column and row in its block.
+#[inline(always)]
+fn inside(pixel: u8, [across, _]: [u32; 2]) -> (u32, u32) {
+    (u32::from(pixel) & ((1 << across) - 1), u32::from(pixel) >> across)
 }
 
 /// A pixel's left top corner from its tile's centre.

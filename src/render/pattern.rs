@@ -181,7 +181,7 @@ pub(super) fn pattern(
             break;
         }
     }
-    Pattern { block_width, block_height, batches }
+    Pattern { block_bits: [block_width, block_height].map(u32::trailing_zeros), batches }
 }
 
 #[cfg(test)]
@@ -225,7 +225,7 @@ mod tests {
         let cells = splits.lens_cells(shape, 1.0);
         let points = Points { set: PointSet::Sobol, shape: *shape, seed: 0 };
         let pattern = pattern(&points, (0, 0), samples, Run { first: 0, count: samples }, splits, &|| false);
-        let pixels = pattern.block_width * pattern.block_height;
+        let pixels = 1 << pattern.block_bits.iter().sum::<u32>();
         let mut seen = vec![0; (samples * pixels) as usize];
         for batch in &pattern.batches {
             for lane in (0..LANES).filter(|lane| batch.live >> lane & 1 == 1) {

@@ -90,8 +90,7 @@ pub(crate) fn each<S: Simd>(
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % LANES;
             rest &= rest - 1;
-            let texel = texels.get(places[lane] as usize).copied().unwrap_or_default();
-            out[lane] = Vec4::from_array(texel.map(f32::from)) * (1.0 / 65535.0);
+            out[lane] = texel(texels, places[lane]) * (1.0 / 65535.0);
         }
     } else {
         let Between { corners, fx, fy } = between(simd, choice, right, down);
@@ -119,8 +118,7 @@ pub(super) fn add_each<S: Simd>(
     if choice.nearest {
         let places = nearest_texels(simd, choice, right, down);
         for (&place, &owner) in places.iter().zip(owners) {
-            let texel = texels.get(place as usize).copied().unwrap_or_default();
-            sums[usize::from(owner) % (2 * LANES)] += Vec4::from_array(texel.map(f32::from)) * full;
+            sums[usize::from(owner) % (2 * LANES)] += texel(texels, place) * full;
         }
     } else {
         let Between { corners, fx, fy } = between(simd, choice, right, down);
@@ -295,14 +293,21 @@ fn interpolate_one(
     shares: &[[f32; LANES]; 2],
     lane: usize,
 ) -> Vec4 {
-    let texel = |corner: usize| {
-        let [r, g, b, a] = texels.get(corners[corner][lane] as usize).copied().unwrap_or_default();
-        Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a))
-    };
-    let (a, b, c, d) = (texel(0), texel(1), texel(2), texel(3));
+    let [a, b, c, d] = corners;
+    let (a, b) = (texel(texels, a[lane]), texel(texels, b[lane]));
+    let (c, d) = (texel(texels, c[lane]), texel(texels, d[lane]));
     let top = a + (b - a) * shares[0][lane];
     let bottom = c + (d - c) * shares[0][lane];
     top + (bottom - top) * shares[1][lane]
+}
+
+/// A texel, 65535 for full. (Copied before it is looked at, it went through registers for whole numbers.)
+#[inline(always)]
+fn texel(texels: &[[u16; 4]], place: u32) -> Vec4 {
+    match texels.get(place as usize) {
+        Some(&[r, g, b, a]) => Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a)),
+        None => Vec4::ZERO,
+    }
 }
 
 /// As [`sums`], and the same with each sample's colour times its weight: both from one reading of the texels.

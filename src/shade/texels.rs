@@ -276,7 +276,7 @@ mod tests {
             batch: &batch,
             means: &LaneSums::new(&batch),
             rays: &rays,
-            pattern: &Pattern { block_width: 1, block_height: 1, batches: Vec::new() },
+            pattern: &Pattern { block_bits: [0; 2], batches: Vec::new() },
             single: false,
             falloff: None,
         };
