@@ -4,7 +4,7 @@
 //! What a block shows depends on its number of samples alone, so a list of these numbers makes the picture again.
 
 use super::allocate::{self, Block, Goal, USUAL_FALL, allocate, fall};
-use super::draw::{Step, Tally};
+use super::draw::{Step, TILES_AT_ONCE, Tally};
 use super::pattern::Splits;
 use super::picture::Picture;
 use super::resolve::{BLOCKS, ByBlock};
@@ -294,6 +294,7 @@ impl<'a> Progressive<'a> {
             .sums
             .par_iter_mut()
             .enumerate()
+            .with_max_len(TILES_AT_ONCE)
             .map_init(
                 || picture.scratch(),
                 |scratch, (tile, sums)| {

@@ -47,6 +47,9 @@ const ROUND_ENTRY: f64 = 40.0;
 /// Entries of bins for each pixel at which half of a run's price is its tile's triangles, about.
 const ALIKE: f64 = 0.3;
 
+/// How far the numbers of a tile's blocks come together at most: further took more samples, and no less time.
+const MOST_ALIKE: f64 = 0.3;
+
 /// Rounds that it takes to get from a base to an error, about.
 const ROUNDS: f64 = 3.0;
 
@@ -124,7 +127,7 @@ pub(super) fn allocate(
     most: u32,
     entries_per_pixel: f64,
 ) -> Vec<u32> {
-    let alike = entries_per_pixel / (entries_per_pixel + ALIKE);
+    let alike = (entries_per_pixel / (entries_per_pixel + ALIKE)).min(MOST_ALIKE);
     spread(blocks, smoothed(blocks, columns, fall, alike), goal, fall, most, MOST_GROWTH)
 }
 

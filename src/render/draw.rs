@@ -75,6 +75,10 @@ pub(super) struct Step {
     pub wanted: u64,
 }
 
+/// Tiles that a thread takes at a time. Left alone, rayon divides the work into a few parts, and one thread ends long after
+/// the others: rounds that draw in a part of the picture took as long on two threads as on one.
+pub(super) const TILES_AT_ONCE: usize = 4;
+
 /// A scratch that goes back to its picture. (Rayon's `map_init` makes its value anew each time that it divides the work,
 /// and a scratch holds a number for each surface of the scene.)
 pub(super) struct Borrowed<'a> {

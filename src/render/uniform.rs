@@ -1,6 +1,6 @@
 //! The same number of samples for every pixel: tile by tile, each drawn once and resolved at once.
 
-use super::draw::{Borrowed, Step};
+use super::draw::{Borrowed, Step, TILES_AT_ONCE};
 use super::pattern::Splits;
 use super::picture::Picture;
 use super::stages::Stopwatch;
@@ -55,7 +55,7 @@ impl Picture<'_> {
             (tally, squared)
         };
         let scratch = || (self.scratch(), Vec::new());
-        let each = pixels.par_chunks_mut(area).enumerate();
+        let each = pixels.par_chunks_mut(area).enumerate().with_max_len(TILES_AT_ONCE);
         let tallies: Vec<_> = if execution.error_map {
             each.zip(errors.par_chunks_mut(area))
                 .map_init(scratch, |scratch, ((tile, out), errors)| draw(scratch, tile, out, Some(errors)))
