@@ -85,8 +85,11 @@ fn cover_all<S: Simd>(
     let hidden = nearest.simd_le(f32x16::splat(simd, floor)).to_bitmask() as u16;
     let mut rest = visits.block.live & visits.some & !hidden;
     while rest != 0 {
-        cover_one(simd, batch, visits, rest.trailing_zeros() as usize % LANES, seen, opaque);
+        let lane = rest.trailing_zeros() as usize % LANES;
         rest &= rest - 1;
+        if seen.wants(visits.spans.blocks[lane]) {
+            cover_one(simd, batch, visits, lane, seen, opaque);
+        }
     }
 }
 

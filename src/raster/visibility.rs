@@ -123,6 +123,19 @@ impl Visibility {
         self.wanted >> (row * MOST_REGIONS + column) & 1 == 1
     }
 
+    /// Whether any of the blocks in columns `x0..=x1` and rows `y0..=y1` are drawn.
+    #[inline(always)]
+    pub(crate) fn wants(&self, [x0, x1, y0, y1]: [u8; 4]) -> bool {
+        if self.wanted == EVERYWHERE {
+            return true;
+        }
+        // A byte of the mask is a row of regions.
+        let region = |block: u8| u32::from(block) / REGION as u32 % MOST_REGIONS as u32;
+        let columns = u64::MAX >> (63 - region(x1)) & 0xff & (u64::MAX << region(x0));
+        let rows = u64::MAX >> (56 - 8 * region(y1)) & (u64::MAX << (8 * region(y0)));
+        self.wanted & rows & (columns * 0x0101_0101_0101_0101) != 0
+    }
+
     /// Whether all that a `1/t` of at most `nearest` can be seen of lies behind what the `live` lanes see.
     pub(crate) fn hides(&self, nearest: f32, live: u16) -> bool {
         self.floor.iter().enumerate().all(|(lane, &floor)| live >> lane & 1 == 0 || floor >= nearest)
@@ -205,6 +218,29 @@ pub(crate) fn singles(
             let place = &mut next[(id as usize).min(surfaces)];
             out[*place as usize] = Group { block: block as u16, lanes: 1 << lane, id };
             *place += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_are_wanted_where_a_region_of_theirs_is() {
+        let mut seen = Visibility::new();
+        for wanted in [0, 1, 1 << 63, 1 << 27, 0x8100_0000_0000_0081, 0x00ff_0000] {
+            seen.clear(1, 1, wanted);
+            for i in 0..4096u32 {
+                let [x0, x1, y0, y1] = [i, i / 5, i / 3, i * 7].map(|n| (n % 32) as u8);
+                let (x0, x1, y0, y1) = (x0.min(x1), x0.max(x1), y0.min(y1), y0.max(y1));
+                let inside = |low: u8, high: u8, region: u32| {
+                    (u32::from(low) / 4..=u32::from(high) / 4).contains(&region)
+                };
+                let any = (0..64)
+                    .any(|bit| wanted >> bit & 1 == 1 && inside(x0, x1, bit % 8) && inside(y0, y1, bit / 8));
+                assert_eq!(seen.wants([x0, x1, y0, y1]), any, "{wanted:x} {x0} {x1} {y0} {y1}");
+            }
         }
     }
 }
