@@ -52,7 +52,7 @@ pub(crate) struct TileScratch {
     /// The tile's lens points, where most of its triangles are loose.
     lens: LensPoints,
     is_loose: bool,
-    /// The cell of each of the tile's batches.
+    /// The cell of each of the tile's batches, where the tile is loose.
     batch_cells: Vec<usize>,
     /// The candidates to be set up next.
     next: Waiting,
@@ -124,8 +124,10 @@ impl TileScratch {
         self.tiles += 1;
         self.seconds = 0.0;
         self.is_loose = geometry.bins.are_loose() && self.lens.set(pattern);
-        self.batch_cells.clear();
-        self.batch_cells.extend(pattern.batches.iter().map(|batch| batch.cell));
+        if self.is_loose {
+            self.batch_cells.clear();
+            self.batch_cells.extend(pattern.batches.iter().map(|batch| batch.cell));
+        }
         self.cursor = Cursor::default();
         self.pull(geometry);
     }
@@ -136,8 +138,8 @@ impl TileScratch {
         geometry.bins.next(self.tile, &mut self.cursor, lens, &mut self.next);
     }
 
-    /// Draws one batch of samples, with its number in the tile's pattern, in the `wanted` regions of 4 x 4 blocks (see [`Visibility::clear`]); what is seen stays
-    /// until the next.
+    /// Draws one batch of samples, with its number in the tile's pattern, in the `wanted` regions of 4 x 4 blocks (see
+    /// [`Visibility::clear`]); what is seen stays until the next.
     pub(crate) fn draw(
         &mut self,
         level: Level,

@@ -136,6 +136,8 @@ fn spread(blocks: &[Block], errors: Vec<f64>, goal: Goal, fall: f64, most: u32, 
     let levels = Levels::new(most, fall);
     let keys: Vec<Key> =
         errors.into_iter().zip(blocks).map(|(e, block)| levels.key(block, e, growth)).collect();
+    let wanted =
+        |block: &Block, key: &Key, factor: f64| levels.samples[levels.wanted(key, factor)].max(block.samples);
     // The sums grow (samples) or fall (error) with the factor: halve the range of its logarithm.
     let (mut low, mut high) = (-40.0f64, 120.0f64);
     for _ in 0..44 {
@@ -150,8 +152,7 @@ fn spread(blocks: &[Block], errors: Vec<f64>, goal: Goal, fall: f64, most: u32, 
             }
             Goal::Samples(samples) => {
                 let more = |(block, key): (&Block, &Key)| {
-                    let wanted = levels.samples[levels.wanted(key, factor)].max(block.samples);
-                    f64::from(block.pixels) * f64::from(wanted - block.samples)
+                    f64::from(block.pixels) * f64::from(wanted(block, key, factor) - block.samples)
                 };
                 blocks.iter().zip(&keys).map(more).sum::<f64>() >= samples
             }
@@ -160,8 +161,7 @@ fn spread(blocks: &[Block], errors: Vec<f64>, goal: Goal, fall: f64, most: u32, 
     }
     // An error is to be reached, a number of samples not exceeded.
     let factor = libm::exp2(if matches!(goal, Goal::Error(_)) { high } else { low });
-    let wanted = |(block, key): (&Block, &Key)| levels.samples[levels.wanted(key, factor)].max(block.samples);
-    blocks.iter().zip(&keys).map(wanted).collect()
+    blocks.iter().zip(&keys).map(|(block, key)| wanted(block, key, factor)).collect()
 }
 
 /// The numbers of samples that a block may have, in a table: a picture has tens of thousands of blocks, and each is asked
@@ -294,6 +294,15 @@ mod tests {
         let found = allocate(&blocks, 20, Goal::Samples(budget), 1.25, 1 << 20, 0.0);
         let spent: f64 = found.iter().map(|&n| 64.0 * f64::from(n - 16)).sum();
         assert!(spent <= budget && spent > 0.5 * budget, "{spent} of {budget}");
+    }
+
+    #[test]
+    fn the_nearest_number_is_nearest_by_ratio() {
+        let levels = Levels::new(runs::MOST_SAMPLES, 1.5);
+        let key = Key { weight: 1.0, now: 0, last: levels.samples.len() - 1 };
+        let found =
+            [0.0, 22.0, 23.0, 78.0, 79.0, 1e9].map(|share| levels.samples[levels.wanted(&key, share)]);
+        assert_eq!(found, [16, 16, 32, 64, 96, runs::MOST_SAMPLES]);
     }
 
     #[test]

@@ -54,19 +54,6 @@ pub fn is_reached(samples: u32) -> bool {
     samples <= MOST_SAMPLES && Run::between(0, samples).last().is_none_or(|run| run.end() == samples)
 }
 
-/// The number of samples, of those that runs lead to, that is nearest to `wanted` by ratio; at least 16.
-pub fn nearest(wanted: f64) -> u32 {
-    let mut at = FIRST_RUN;
-    while at < MOST_SAMPLES {
-        let next = Run::after(at).end();
-        if wanted * wanted < f64::from(at) * f64::from(next) {
-            break;
-        }
-        at = next;
-    }
-    at
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -80,10 +67,5 @@ mod tests {
         }
         assert_eq!(Run::between(0, MOST_SAMPLES).last().map(Run::end), Some(MOST_SAMPLES));
         assert!(is_reached(0) && is_reached(96) && !is_reached(48) && !is_reached(MOST_SAMPLES + 1));
-    }
-
-    #[test]
-    fn the_nearest_number_is_nearest_by_ratio() {
-        assert_eq!([0.0, 22.0, 23.0, 78.0, 79.0, 1e9].map(nearest), [16, 16, 32, 64, 96, MOST_SAMPLES]);
     }
 }

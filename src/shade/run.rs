@@ -92,7 +92,6 @@ fn light<S: Simd>(
     };
     let (toward, color) = shader.sun.unwrap_or((Vec3::ZERO, Vec3::ZERO));
     let (rise, unsure) = rise(simd, k, look.face, toward, rays, at);
-    let rise = rise.simd_gt(zero).select(rise, zero);
     let ambient = shader.ambient;
     let channels = [
         (rise * color.x + ambient.x).to_array(),
@@ -110,7 +109,7 @@ const UNSURE: (f32, f32) = (0.2, 0.08);
 /// Groups of no more samples share their light all the same: they lie close together.
 const FEW: u32 = 2;
 
-/// The height of the sun, as a cosine, over the side that is seen, at 16 places; and where it is unsure.
+/// The height of the sun, as a cosine, over the side that is seen, at 16 places, 0 where it has set; and where it is unsure.
 #[inline(always)]
 fn rise<S: Simd>(
     simd: S,
@@ -129,7 +128,8 @@ fn rise<S: Simd>(
     let grazing = (view * view).simd_lt((rx * rx + ry * ry + rz * rz) * (UNSURE.0 * UNSURE.0));
     let setting = rise.abs().simd_lt(f32x16::splat(simd, UNSURE.1));
     let unsure = (grazing | setting).to_bitmask() as u16;
-    (view.simd_gt(zero).select(zero - rise, rise), unsure)
+    let rise = view.simd_gt(zero).select(zero - rise, rise);
+    (rise.simd_gt(zero).select(rise, zero), unsure)
 }
 
 /// The mean light on the even and the odd samples of a group, each with a normal of its own.
@@ -142,7 +142,6 @@ fn light_of_each<S: Simd>(
     samples: &Samples<'_>,
     group: &Group,
 ) -> [Vec4; 2] {
-    let zero = f32x16::splat(simd, 0.0);
     let (corner, batch) = (samples.corner(group), samples.batch);
     let at = Places {
         u: f32x16::load_array_ref(simd, &batch.u),
@@ -152,7 +151,6 @@ fn light_of_each<S: Simd>(
     };
     let (toward, color) = shader.sun.unwrap_or((Vec3::ZERO, Vec3::ZERO));
     let (rise, _) = rise(simd, normal, look.face, toward, samples.rays, &at);
-    let rise = rise.simd_gt(zero).select(rise, zero);
     let counts = samples.counts(group);
     let sums = [
         gather::total(simd, rise, group.lanes & !batch.odd),
