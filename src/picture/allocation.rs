@@ -164,14 +164,14 @@ mod tests {
     #[test]
     fn text_brings_back_the_numbers() {
         let mut blocks = BlockSamples::new(20, 9, 16);
-        for (i, samples) in [16, 16, 32, 1024, 1024, 96].into_iter().enumerate() {
+        for (i, samples) in [16, 16, 32, 1024, 1024, 192].into_iter().enumerate() {
             blocks.set(i as u32 % 3, i as u32 / 3, samples);
         }
         let text = blocks.to_text();
-        assert_eq!(text, "16: 2x16 1x32 2x1024 1x96");
+        assert_eq!(text, "16: 2x16 1x32 2x1024 1x192");
         assert_eq!(BlockSamples::from_text(20, 9, &text).unwrap(), blocks);
         // 8 x 8 pixels and 4 x 8 in the first row, 1 pixel high in the second.
-        let mean = (64 * 16 + 64 * 16 + 32 * 32 + 8 * 1024 + 8 * 1024 + 4 * 96) as f64 / 180.0;
+        let mean = (64 * 16 + 64 * 16 + 32 * 32 + 8 * 1024 + 8 * 1024 + 4 * 192) as f64 / 180.0;
         assert!((Allocation::Blocks(blocks).mean() - mean).abs() < 1e-12);
     }
 

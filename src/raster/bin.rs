@@ -121,7 +121,8 @@ impl Bins {
         !self.loose.is_empty()
     }
 
-    /// The next candidates, nearest first, that may touch tile `(x, y)` as seen from its lens points, where they are given.
+    /// Fills `out` with the next candidates, nearest first, that may touch tile `(x, y)` as seen from its lens points, where
+    /// they are given.
     pub(super) fn next(
         &self,
         tile: (u32, u32),
@@ -129,7 +130,6 @@ impl Bins {
         lens: Option<&LensPoints>,
         out: &mut Waiting,
     ) {
-        out.count = 0;
         while out.count < LANES {
             let places = &mut out.places[out.count..];
             let found = self.lists.next(tile, cursor, places);
@@ -162,6 +162,12 @@ pub(super) struct Waiting {
     /// For each the batches that may see it, of the tile's first 64.
     pub batches: [u64; LANES],
     pub count: usize,
+    /// For each the place of its surface among the tile's.
+    pub ids: [u32; LANES],
+    /// The depth that none of them is nearer than, nor any after them.
+    pub nearest: f32,
+    /// Whether there are none after them.
+    pub is_last: bool,
 }
 
 /// What one task finds: candidates, their boxes and the tiles that they touch.

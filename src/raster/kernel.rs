@@ -26,6 +26,8 @@ pub(crate) struct Visits<'a> {
     pub film: &'a TileFilm,
     /// Width and height of a block of pixels.
     pub size: (u32, u32),
+    /// The surfaces in the tile, each with the triangle that was met first.
+    pub surfaces: &'a [u32],
 }
 
 /// One of them.
@@ -34,6 +36,8 @@ pub(crate) struct Visit {
     pub triangle: u32,
     /// What is written where the triangle is seen: the number of its surface in the tile.
     pub id: u32,
+    /// The triangle of that surface that the tile met first.
+    pub first: u32,
     /// `1/t` of the near plane, as [`TileFilm::near`], where it may come nearer.
     pub near: Option<[f32; 3]>,
     /// Samples that meet it may pass through.
@@ -139,6 +143,7 @@ fn cover_one<S: Simd>(
     let visit = Visit {
         triangle: block.triangles[lane],
         id: block.ids[lane],
+        first: visits.surfaces.get(block.ids[lane] as usize).copied().unwrap_or(block.triangles[lane]),
         near: is(block.near).then_some(film.near),
         cutout: is(block.cutout),
     };
@@ -248,8 +253,14 @@ mod tests {
                 (block.near, block.cutout) = (0xffff, 0x1111);
                 block.imaged = if round % 2 == 0 { 0xffff } else { 0 };
                 let spans = Spans { blocks: [[0, 31, 0, 31]; LANES], some: 0xffff };
-                let visits =
-                    Visits { block: &block, spans: &spans, some: spans.some, film: &film, size: (1, 1) };
+                let visits = Visits {
+                    block: &block,
+                    spans: &spans,
+                    some: spans.some,
+                    film: &film,
+                    size: (1, 1),
+                    surfaces: &[],
+                };
                 cover(level, &batch, &visits, &mut seen, &|visit, block, lanes| {
                     lanes & (0x6db6_u32 >> ((visit.id as usize + block) % 3)) as u16
                 });

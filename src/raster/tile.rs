@@ -4,16 +4,18 @@
 //! see, nearest corner and all, is never touched.
 
 use super::bin::{Bins, Waiting};
+use super::bounds::PixelBox;
 use super::film::TileFilm;
 use super::kernel::{Opaque, Visits, cover};
 use super::lists::Cursor;
 use super::loose::LensPoints;
 use super::setup::{Block, Corners};
 use super::view::{Batch, Pattern, View};
-use super::visibility::{Group, Visibility, group, singles};
+use super::visibility::{EVERYWHERE, Group, Visibility, group, singles, wants};
 use super::{LANES, TILE};
 use fearless_simd::Level;
 use glam::DVec3;
+use std::ops::Range;
 
 /// The geometry to draw, in the lens frame.
 pub(crate) struct Geometry<'a> {
@@ -45,9 +47,22 @@ impl Spans {
     const NONE: Self = Self { blocks: [[1, 0, 1, 0]; LANES], some: 0 };
 }
 
+/// What is drawn of a tile.
+#[derive(Clone, Debug)]
+pub(crate) struct Part {
+    /// Its column and row.
+    pub tile: (u32, u32),
+    /// Pixels across and down that a batch serves.
+    pub block: (u32, u32),
+    /// The cells of the lens that batches lie in.
+    pub cells: Range<usize>,
+    /// Regions of 4 x 4 blocks outside of which nothing is drawn: see [`Visibility::clear`].
+    pub wanted: u64,
+}
+
 /// What one thread reuses from tile to tile.
 pub(crate) struct TileScratch {
-    tile: (u32, u32),
+    part: Part,
     cursor: Cursor,
     /// The tile's lens points, where most of its triangles are loose.
     lens: LensPoints,
@@ -70,8 +85,6 @@ pub(crate) struct TileScratch {
     met: Vec<(u32, u32)>,
     tiles: u32,
     seen: Visibility,
-    cells: usize,
-    block: (u32, u32),
     /// Seconds that set-up took in this tile.
     pub seconds: f64,
 }
@@ -79,7 +92,7 @@ pub(crate) struct TileScratch {
 impl Default for TileScratch {
     fn default() -> Self {
         Self {
-            tile: (0, 0),
+            part: Part { tile: (0, 0), block: (1, 1), cells: 0..1, wanted: EVERYWHERE },
             cursor: Cursor::default(),
             lens: LensPoints::default(),
             is_loose: false,
@@ -94,27 +107,15 @@ impl Default for TileScratch {
             met: Vec::new(),
             tiles: 0,
             seen: Visibility::new(),
-            cells: 1,
-            block: (1, 1),
             seconds: 0.0,
         }
     }
 }
 
 impl TileScratch {
-    /// Starts tile `(x, y)`, for batches that serve `block` pixels across and down. Where bins are loose, only the batches of
-    /// `pattern` may follow.
-    pub(crate) fn prepare(
-        &mut self,
-        geometry: &Geometry<'_>,
-        cells: usize,
-        block: (u32, u32),
-        tile: (u32, u32),
-        pattern: &Pattern,
-    ) {
-        self.tile = tile;
-        self.cells = cells;
-        self.block = block;
+    /// Starts a tile, of which only this part may follow; where bins are loose, only the batches of `pattern`.
+    pub(crate) fn prepare(&mut self, geometry: &Geometry<'_>, part: Part, pattern: &Pattern) {
+        self.part = part;
         self.ready = 0;
         self.spans.clear();
         self.seeing.clear();
@@ -132,14 +133,43 @@ impl TileScratch {
         self.pull(geometry);
     }
 
-    /// Finds the triangles that are to be set up next.
+    /// Finds the triangles that are to be set up next, and numbers their surfaces: those of the triangles that are passed over
+    /// because they touch nothing wanted, too, for the order of surfaces is the order of sums.
     fn pull(&mut self, geometry: &Geometry<'_>) {
         let lens = self.is_loose.then_some(&self.lens);
-        geometry.bins.next(self.tile, &mut self.cursor, lens, &mut self.next);
+        let next = &mut self.next;
+        (next.count, next.is_last) = (0, false);
+        for turn in 0..MOST_TURNS {
+            let first = next.count;
+            geometry.bins.next(self.part.tile, &mut self.cursor, lens, next);
+            let found = first..next.count;
+            next.is_last = found.len() < LANES - first;
+            next.count = first;
+            for lane in found {
+                let place = next.places[lane];
+                let (candidate, boxes) = geometry.bins.candidate(place);
+                if turn == 0 && lane == 0 {
+                    next.nearest = candidate.nearest;
+                }
+                let met = &mut self.met[(geometry.surface)(candidate.triangle) as usize];
+                if met.0 != self.tiles {
+                    *met = (self.tiles, self.surfaces.len() as u32);
+                    self.surfaces.push(candidate.triangle);
+                }
+                if self.part.touches(boxes) {
+                    let to = next.count;
+                    (next.places[to], next.batches[to], next.ids[to]) = (place, next.batches[lane], met.1);
+                    next.count += 1;
+                }
+            }
+            if next.is_last || next.count == LANES {
+                return;
+            }
+        }
     }
 
     /// Draws one batch of samples, with its number in the tile's pattern, in the `wanted` regions of 4 x 4 blocks (see
-    /// [`Visibility::clear`]); what is seen stays until the next.
+    /// [`Visibility::clear`]); what is seen stays until the next. Tells how many triangles it went through.
     pub(crate) fn draw(
         &mut self,
         level: Level,
@@ -148,18 +178,18 @@ impl TileScratch {
         film: &TileFilm,
         (number, batch): (usize, &Batch),
         opaque: &Opaque<'_>,
-    ) {
-        self.seen.clear(self.block.0, self.block.1, wanted);
+    ) -> u64 {
+        let mut count = 0;
+        self.seen.clear(self.part.block.0, self.part.block.1, wanted);
         for at in 0.. {
             if at % 256 == 255 && (geometry.stop)() {
                 break;
             }
             if at == self.ready {
-                if self.next.count == 0 {
+                if self.next.count == 0 && self.next.is_last {
                     break;
                 }
-                let (first, _) = geometry.bins.candidate(self.next.places[0]);
-                let nearest = (film.deepest / f64::from(first.nearest)) as f32 * 1.000_01;
+                let nearest = (film.deepest / f64::from(self.next.nearest)) as f32 * 1.000_01;
                 if self.seen.hides(nearest, batch.live) {
                     break;
                 }
@@ -173,12 +203,21 @@ impl TileScratch {
             if self.seen.hides(self.nearest[at], batch.live) {
                 break;
             }
-            let spans = &self.spans[at * self.cells + batch.cell];
+            let spans = &self.spans[at * self.part.cells.len() + batch.cell - self.part.cells.start];
             let some =
                 if self.is_loose { self.seeing[at * self.batch_cells.len() + number] } else { spans.some };
-            let visits = Visits { block: &self.blocks[at], spans, some, film, size: self.block };
+            let visits = Visits {
+                block: &self.blocks[at],
+                spans,
+                some,
+                film,
+                size: self.part.block,
+                surfaces: &self.surfaces,
+            };
             cover(level, batch, &visits, &mut self.seen, opaque);
+            count += LANES as u64;
         }
+        count
     }
 
     /// Sets up the triangles that wait.
@@ -210,24 +249,17 @@ impl TileScratch {
         film.set_up(level, &corners, &depths, block);
         block.live &= (0xffff_u32 >> (LANES - self.next.count)) as u16;
 
+        block.ids = self.next.ids;
         let first = self.spans.len();
-        self.spans.resize(first + self.cells, Spans::NONE);
+        self.spans.resize(first + self.part.cells.len(), Spans::NONE);
         let mut rest = block.live;
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize;
             rest &= rest - 1;
-            let met = &mut self.met[(geometry.surface)(block.triangles[lane]) as usize];
-            if met.0 != self.tiles {
-                *met = (self.tiles, self.surfaces.len() as u32);
-                self.surfaces.push(block.triangles[lane]);
-            }
-            block.ids[lane] = met.1;
             let (_, boxes) = bins.candidate(self.next.places[lane]);
-            for (spans, pixels) in self.spans[first..].iter_mut().zip(boxes) {
-                let columns = range(pixels.x0, pixels.x1, self.tile.0, self.block.0);
-                let rows = range(pixels.y0, pixels.y1, self.tile.1, self.block.1);
-                if let (Some((x0, x1)), Some((y0, y1))) = (columns, rows) {
-                    spans.blocks[lane] = [x0, x1, y0, y1];
+            for (spans, &pixels) in self.spans[first..].iter_mut().zip(&boxes[self.part.cells.clone()]) {
+                if let Some(blocks) = self.part.blocks(pixels) {
+                    spans.blocks[lane] = blocks;
                     spans.some |= 1 << lane;
                 }
             }
@@ -238,7 +270,7 @@ impl TileScratch {
                 let each = self.next.batches.iter().enumerate();
                 let seeing =
                     each.fold(0, |sum, (lane, batches)| sum | ((batches >> batch & 1) as u16) << lane);
-                seeing & spans[cell].some
+                seeing & spans[cell - self.part.cells.start].some
             }));
         }
         self.ready += 1;
@@ -258,6 +290,27 @@ impl TileScratch {
     /// The surfaces met in the tile so far, by one triangle of each; a group's or visit's id is a place in them.
     pub(crate) fn surfaces(&self) -> &[u32] {
         &self.surfaces
+    }
+}
+
+/// So often sixteen candidates are looked at for some that are wanted, before it is asked whether all is hidden by now.
+const MOST_TURNS: usize = 16;
+
+impl Part {
+    /// The blocks that lie in a box: columns, first and last, and rows.
+    fn blocks(&self, pixels: PixelBox) -> Option<[u8; 4]> {
+        let (x0, x1) = range(pixels.x0, pixels.x1, self.tile.0, self.block.0)?;
+        let (y0, y1) = range(pixels.y0, pixels.y1, self.tile.1, self.block.1)?;
+        Some([x0, x1, y0, y1])
+    }
+
+    /// Whether what lies in these boxes, one for each cell of the lens, may touch anything that is wanted.
+    fn touches(&self, boxes: &[PixelBox]) -> bool {
+        if self.wanted == EVERYWHERE {
+            return true;
+        }
+        let all = boxes[self.cells.clone()].iter().copied().fold(PixelBox::EMPTY, PixelBox::union);
+        self.blocks(all).is_some_and(|blocks| wants(self.wanted, blocks))
     }
 }
 

@@ -57,30 +57,39 @@ impl Visibility {
     /// Empties it for blocks of the given size. Regions that are not among `wanted` (bit `8 row + column`) count as
     /// filled up to the lens, so nothing is drawn there.
     pub(crate) fn clear(&mut self, block_width: u32, block_height: u32, wanted: u64) {
-        self.columns = (TILE / block_width) as usize;
-        let blocks = self.columns * (TILE / block_height) as usize;
-        self.depth.clear();
-        self.depth.resize(blocks, [0.0; LANES]);
-        self.id.clear();
-        self.id.resize(blocks, [NOTHING; LANES]);
-        self.floors = [[0.0; LANES]; MOST_REGIONS * MOST_REGIONS];
-        self.stale = 0;
+        let columns = (TILE / block_width) as usize;
+        let blocks = columns * (TILE / block_height) as usize;
+        let stays = wanted == self.wanted && columns == self.columns && blocks == self.depth.len();
+        (self.columns, self.wanted, self.stale, self.changes) = (columns, wanted, 0, 0);
         self.floor = [0.0; LANES];
-        self.changes = 0;
-        self.wanted = wanted;
-        let mut rest = !wanted;
+        if wanted == EVERYWHERE {
+            self.depth.clear();
+            self.depth.resize(blocks, [0.0; LANES]);
+            self.id.clear();
+            self.id.resize(blocks, [NOTHING; LANES]);
+            self.floors = [[0.0; LANES]; MOST_REGIONS * MOST_REGIONS];
+            return;
+        }
+        if !stays {
+            self.depth.clear();
+            self.depth.resize(blocks, [f32::INFINITY; LANES]);
+            self.id.resize(blocks, [NOTHING; LANES]);
+            self.floors = [[f32::INFINITY; LANES]; MOST_REGIONS * MOST_REGIONS];
+        }
+        let mut rest = wanted;
         while rest != 0 {
             let at = rest.trailing_zeros() as usize;
             rest &= rest - 1;
-            self.floors[at] = [f32::INFINITY; LANES];
+            self.floors[at] = [0.0; LANES];
             let (row, column) = (at / MOST_REGIONS * REGION, at % MOST_REGIONS * REGION);
-            for y in row..row + REGION {
-                let first = y * self.columns + column;
+            for first in (row..row + REGION).map(|y| y * columns + column) {
                 // Blocks larger than a pixel have fewer regions.
-                if column + REGION <= self.columns
-                    && let Some(blocks) = self.depth.get_mut(first..first + REGION)
+                if column + REGION <= columns
+                    && let Some(depth) = self.depth.get_mut(first..first + REGION)
+                    && let Some(ids) = self.id.get_mut(first..first + REGION)
                 {
-                    blocks.fill([f32::INFINITY; LANES]);
+                    depth.fill([0.0; LANES]);
+                    ids.fill([NOTHING; LANES]);
                 }
             }
         }
@@ -125,15 +134,8 @@ impl Visibility {
 
     /// Whether any of the blocks in columns `x0..=x1` and rows `y0..=y1` are drawn.
     #[inline(always)]
-    pub(crate) fn wants(&self, [x0, x1, y0, y1]: [u8; 4]) -> bool {
-        if self.wanted == EVERYWHERE {
-            return true;
-        }
-        // A byte of the mask is a row of regions.
-        let region = |block: u8| u32::from(block) / REGION as u32 % MOST_REGIONS as u32;
-        let columns = u64::MAX >> (63 - region(x1)) & 0xff & (u64::MAX << region(x0));
-        let rows = u64::MAX >> (56 - 8 * region(y1)) & (u64::MAX << (8 * region(y0)));
-        self.wanted & rows & (columns * 0x0101_0101_0101_0101) != 0
+    pub(crate) fn wants(&self, blocks: [u8; 4]) -> bool {
+        wants(self.wanted, blocks)
     }
 
     /// Whether all that a `1/t` of at most `nearest` can be seen of lies behind what the `live` lanes see.
@@ -156,6 +158,19 @@ impl Visibility {
         }
         least.store_array(&mut self.floor);
     }
+}
+
+/// Whether any of the blocks in columns `x0..=x1` and rows `y0..=y1` lie in one of the `wanted` regions.
+#[inline(always)]
+pub(super) fn wants(wanted: u64, [x0, x1, y0, y1]: [u8; 4]) -> bool {
+    if wanted == EVERYWHERE {
+        return true;
+    }
+    // A byte of the mask is a row of regions.
+    let region = |block: u8| u32::from(block) / REGION as u32 % MOST_REGIONS as u32;
+    let columns = u64::MAX >> (63 - region(x1)) & 0xff & (u64::MAX << region(x0));
+    let rows = u64::MAX >> (56 - 8 * region(y1)) & (u64::MAX << (8 * region(y0)));
+    wanted & rows & (columns * 0x0101_0101_0101_0101) != 0
 }
 
 /// Samples of one block that see the same: lanes of a batch, lane 0 in the lowest bit.

@@ -3,7 +3,7 @@
 //!
 //! What a block shows depends on its number of samples alone, so a list of these numbers makes the picture again.
 
-use super::allocate::{self, Block, Goal, USUAL_FALL, allocate, fall};
+use super::allocate::{self, Block, Goal, LATER, USUAL_FALL, allocate, cost, fall, first_work};
 use super::draw::{Step, TILES_AT_ONCE, Tally};
 use super::pattern::Splits;
 use super::picture::Picture;
@@ -32,7 +32,7 @@ const AIM: f64 = 0.97;
 
 /// How many standard deviations of the estimate are kept from the goal. A block's squared error is taken to be as
 /// uncertain as it is large.
-const DEVIATIONS: f64 = 1.3;
+const DEVIATIONS: f64 = 1.6;
 
 /// What came of a picture within a time.
 pub(super) enum Timed {
@@ -58,6 +58,8 @@ struct Progressive<'a> {
     sums: Vec<Vec<[Vec3; 2]>>,
     samples: BlockSamples,
     errors: Vec<f64>,
+    /// What a sample takes in each tile, as its first run found: see [`allocate::cost`].
+    costs: Vec<f64>,
     counts: Counts,
 }
 
@@ -113,7 +115,8 @@ impl<'a> Progressive<'a> {
         zeroed(tiles * (TILE * TILE) as usize, [[0.0f32; 3]; 3])?;
         let (columns, rows) = samples.columns_and_rows();
         let errors = zeroed(columns as usize * rows as usize, 0.0)?;
-        Ok(Self { picture, sums: vec![Vec::new(); tiles], samples, errors, counts })
+        let costs = zeroed(tiles, 0.0)?;
+        Ok(Self { picture, sums: vec![Vec::new(); tiles], samples, errors, costs, counts })
     }
 
     /// A number for each block of the picture.
@@ -129,6 +132,7 @@ impl<'a> Progressive<'a> {
             pixels: BLOCK.min(width - x * BLOCK) * BLOCK.min(height - y * BLOCK),
             samples: self.samples.get(x, y),
             error: self.errors[(y * columns + x) as usize],
+            cost: self.costs[(y / BLOCKS * self.picture.bins.tiles_x + x / BLOCKS) as usize],
         })
     }
 
@@ -171,12 +175,10 @@ impl<'a> Progressive<'a> {
             if !before.is_empty() {
                 falling = fall(&before, &blocks);
             }
-            let mut wanted =
-                allocate(&blocks, columns, Goal::Error(AIM * goal), falling, MOST_FOR_ERROR, entries);
+            let mut wanted = allocate(&blocks, columns, Goal::Error(AIM * goal), falling, MOST_FOR_ERROR);
             if wanted.iter().zip(&blocks).all(|(&wanted, block)| wanted <= block.samples) {
                 // What was predicted is there and was not enough: ask for less, or be at the limit.
-                wanted =
-                    allocate(&blocks, columns, Goal::Error(0.8 * goal), falling, MOST_FOR_ERROR, entries);
+                wanted = allocate(&blocks, columns, Goal::Error(0.8 * goal), falling, MOST_FOR_ERROR);
                 if wanted.iter().zip(&blocks).all(|(&wanted, block)| wanted <= block.samples) {
                     return Ok(());
                 }
@@ -209,6 +211,7 @@ impl<'a> Progressive<'a> {
             self.samples = BlockSamples::new(width, height, base);
             self.sums.iter_mut().for_each(Vec::clear);
             self.errors.fill(0.0);
+            self.costs.fill(0.0);
         }
         self.round(&vec![base; self.errors.len()], execution, &|| false)
     }
@@ -232,19 +235,19 @@ impl<'a> Progressive<'a> {
         let entries = self.entries_per_pixel();
         let pilot = self.pilot(execution)?;
         let seen: f64 = pilot.iter().map(|block| f64::from(block.pixels)).sum();
-        let mut rate = seen * f64::from(FIRST_RUN) / (clock() - begun).max(1e-9);
+        let took = (clock() - begun).max(1e-9);
         let left = end - clock();
-        let rest = (pixels - seen) * f64::from(FIRST_RUN) / rate;
+        let rest = took * (pixels - seen) / seen;
         if rest > left {
             let few = FEWER.iter().find(|(_, part)| part * rest <= left);
             return Ok(Some(few.map_or(1, |&(samples, _)| samples)));
         }
         // Of a larger first run more samples are drawn in a time; what is left over goes into rounds.
-        let goal = Goal::Samples(left * rate * seen / pixels);
+        let goal = Goal::Work(left / took * first_work(&pilot, FIRST_RUN) * seen / pixels);
         let base = allocate::base(&pilot, goal, USUAL_FALL, allocate::MOST_FOR_TIME, entries);
         let begun = clock();
         self.begin(base, execution)?;
-        rate = pixels * f64::from(base) / (clock() - begun).max(1e-9) / 1.4;
+        let mut rate = first_work(&self.blocks(), base) / (clock() - begun).max(1e-9) / LATER;
         // A round takes what its predecessor's speed says, the first no more than a third of what is left: its errors
         // tell better where the rest should go.
         let mut share = 0.35;
@@ -254,15 +257,9 @@ impl<'a> Progressive<'a> {
                 return Ok(None);
             }
             let blocks = self.blocks();
-            let wanted = allocate(
-                &blocks,
-                columns,
-                Goal::Samples(share * left * rate),
-                USUAL_FALL,
-                allocate::MOST_FOR_TIME,
-                entries,
-            );
-            let more = |(wanted, block): (&u32, &Block)| f64::from(block.pixels * (wanted - block.samples));
+            let goal = Goal::Work(share * left * rate);
+            let wanted = allocate(&blocks, columns, goal, USUAL_FALL, allocate::MOST_FOR_TIME);
+            let more = |(wanted, block): (&u32, &Block)| block.work(wanted - block.samples);
             let planned: f64 = wanted.iter().zip(&blocks).map(more).sum();
             if planned == 0.0 {
                 if share >= 1.0 {
@@ -321,10 +318,14 @@ impl<'a> Progressive<'a> {
                         let end = count.checked_sub(1).map_or(0, |last| steps[last].run.end());
                         let reached: ByBlock<u32> =
                             std::array::from_fn(|block| now[block].max(then[block].min(end)));
-                        let mut resolved = picture.resolve((tx, ty), sums, &reached, None, None);
-                        picture.highlights.raise((tx, ty), &reached, &mut resolved);
+                        let changed = std::array::from_fn(|block| match reached[block] {
+                            reached if reached > now[block] => reached,
+                            _ => 0,
+                        });
+                        let mut resolved = picture.resolve((tx, ty), sums, &changed, None, None);
+                        picture.highlights.raise((tx, ty), &changed, &mut resolved);
                         watch.lap(&mut tally.stages.resolve);
-                        (tally, reached, resolved.squared)
+                        (tally, changed, resolved.squared)
                     });
                     if let Some(progress) = execution.progress {
                         progress(finished.fetch_add(1, Ordering::Relaxed) + 1, tiles);
@@ -337,14 +338,15 @@ impl<'a> Progressive<'a> {
             return Err(stopped());
         }
         for (tile, result) in results.into_iter().enumerate() {
-            let (Some((tally, reached, errors)), (tx, ty)) = (result, picture.place(tile)) else { continue };
+            let (Some((tally, changed, errors)), (tx, ty)) = (result, picture.place(tile)) else { continue };
             self.add(&tally);
-            for block in 0..reached.len() {
+            if self.costs[tile] == 0.0 {
+                self.costs[tile] = cost(tally.samples, tally.requests, tally.triangles);
+            }
+            for block in (0..changed.len()).filter(|&block| changed[block] > 0) {
                 let (x, y) = (tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS);
-                if x < columns && y < rows {
-                    self.samples.set(x, y, reached[block]);
-                    self.errors[(y * columns + x) as usize] = errors[block];
-                }
+                self.samples.set(x, y, changed[block]);
+                self.errors[(y * columns + x) as usize] = errors[block];
             }
         }
         Ok(())

@@ -4,15 +4,16 @@ use super::pattern::{Splits, pattern};
 use super::picture::Picture;
 use super::stages::{Stages, Stopwatch};
 use crate::raster::film::TileFilm;
-use crate::raster::tile::Geometry;
+use crate::raster::tile::{Geometry, Part};
 use crate::raster::view::{Batch, Pattern, from_center};
-use crate::raster::visibility::{Group, NOTHING};
+use crate::raster::visibility::{Group, NOTHING, REGION};
 use crate::raster::{self, LANES, TILE};
 use crate::sampling;
 use crate::sampling::runs::Run;
 use crate::shade::{LaneSums, Look, Place, Rays, Samples, SunSamples};
 use glam::{Vec2, Vec3, Vec4};
 use std::cell::RefCell;
+use std::ops::Range;
 use std::sync::Mutex;
 
 /// What one thread reuses from tile to tile.
@@ -35,6 +36,9 @@ pub(super) struct TileScratch {
 #[derive(Clone, Copy, Default)]
 pub(super) struct Tally {
     pub requests: u64,
+    /// Samples that were drawn, and triangles that batches of 16 of them went through.
+    pub samples: u64,
+    pub triangles: u64,
     /// Blocks that may have missed a light.
     pub unseen_light: u64,
     pub stages: Stages,
@@ -74,6 +78,9 @@ pub(super) struct Step {
     pub splits: Splits,
     pub wanted: u64,
 }
+
+/// Samples of a batch in a region of 4 x 4 pixels.
+const REGION_SAMPLES: u64 = (LANES * REGION * REGION) as u64;
 
 /// Tiles that a thread takes at a time. Left alone, rayon divides the work into a few parts, and one thread ends long after
 /// the others: rounds that draw in a part of the picture took as long on two threads as on one.
@@ -144,9 +151,15 @@ impl Picture<'_> {
             .as_ref()
             .map(|falloff| |place: Place, ray: Vec3| falloff.weight(&self.view, ray.as_dvec3(), place));
         sums.resize((TILE * TILE) as usize, [Vec3::ZERO; 2]);
+        let part = Part {
+            tile,
+            block,
+            cells: self.cells_of(steps),
+            wanted: steps.iter().fold(0, |wanted, step| wanted | step.wanted),
+        };
         for (done, step) in steps.iter().enumerate() {
-            drawn.clear();
-            drawn.extend(sums.iter().map(|halves| halves.map(|half| half.extend(0.0))));
+            drawn.resize(sums.len(), [Vec4::ZERO; 2]);
+            each_wanted(step.wanted, sums, drawn, |sums, drawn| *drawn = sums.map(|half| half.extend(0.0)));
             let mut pattern =
                 pattern(&self.points, tile, self.streams, step.run, step.splits, &|| self.stopped());
             if self.centred {
@@ -157,7 +170,7 @@ impl Picture<'_> {
             }
             // What is set up serves all steps, but not where it is what this step's lens points see.
             if done == 0 || self.bins.are_loose() {
-                raster.prepare(&geometry, self.cells.len(), block, tile, &pattern);
+                raster.prepare(&geometry, part.clone(), &pattern);
                 looks.get_mut().clear();
             }
             watch.lap(&mut tally.stages.setup);
@@ -165,7 +178,8 @@ impl Picture<'_> {
                 if stop() {
                     return (tally, done);
                 }
-                raster.draw(
+                tally.samples += REGION_SAMPLES * u64::from(step.wanted.count_ones());
+                tally.triangles += raster.draw(
                     self.level,
                     step.wanted,
                     &geometry,
@@ -173,7 +187,7 @@ impl Picture<'_> {
                     (number, batch),
                     &|visit, block, lanes| {
                         let mut looks = looks.borrow_mut();
-                        let look = looks.get_or_make(visit.id, || self.look(&film, visit.triangle));
+                        let look = looks.get_or_make(visit.id, || self.look(&film, visit.first));
                         let (corner, key) = self.corner(tile, &pattern, batch, block);
                         self.shader.met(self.level, look, visit.triangle, (batch, corner), lanes, key)
                     },
@@ -216,11 +230,20 @@ impl Picture<'_> {
                 }
                 watch.lap(&mut tally.stages.shading);
             }
-            for (sums, drawn) in sums.iter_mut().zip(drawn.iter()) {
-                *sums = drawn.map(Vec4::truncate);
-            }
+            each_wanted(step.wanted, sums, drawn, |sums, drawn| *sums = drawn.map(Vec4::truncate));
         }
         (tally, steps.len())
+    }
+
+    /// The cells of the lens that samples of `steps` lie in.
+    fn cells_of(&self, steps: &[Step]) -> Range<usize> {
+        // Diffraction divides them further.
+        if self.diffraction.is_some() {
+            return 0..self.cells.len();
+        }
+        let each = || steps.iter().map(|step| step.splits.cells());
+        let (start, end) = (each().map(|cells| cells.start).min(), each().map(|cells| cells.end).max());
+        start.unwrap_or(0)..end.unwrap_or(0)
     }
 
     /// The place of a block's corner from the tile's centre, and what names the pixel of each lane there.
@@ -275,6 +298,18 @@ impl Picture<'_> {
         let mut look = self.shader.look(reference, edges, corners(reference), corners(triangle));
         look.plane = self.shadows.as_ref().map(|sun| sun.plane(reference, film.depth(corners(reference))));
         look
+    }
+}
+
+/// Does something with each pixel's sums in the regions of 4 x 4 pixels that are `wanted`.
+fn each_wanted<A, B>(wanted: u64, sums: &mut [A], drawn: &mut [B], with: impl Fn(&mut A, &mut B)) {
+    let row = (TILE * REGION as u32) as usize;
+    for (y, (sums, drawn)) in sums.chunks_exact_mut(row).zip(drawn.chunks_exact_mut(row)).enumerate() {
+        let columns = wanted >> (8 * y) & 0xff;
+        let pixels = sums.chunks_exact_mut(REGION).zip(drawn.chunks_exact_mut(REGION)).enumerate();
+        for (_, (sums, drawn)) in pixels.filter(|(x, _)| columns >> (x % 8) & 1 == 1) {
+            sums.iter_mut().zip(drawn).for_each(|(sums, drawn)| with(sums, drawn));
+        }
     }
 }
 

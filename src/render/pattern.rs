@@ -10,6 +10,7 @@ use crate::raster::LANES;
 use crate::raster::view::{Batch, LensCell, Pattern};
 use crate::sampling::runs::{self, Run};
 use crate::sampling::{self, ApertureShape, PointSet, Sample};
+use std::ops::Range;
 
 /// How often each dimension of a sample is halved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +57,12 @@ impl Splits {
     /// The number of clusters.
     fn clusters(self) -> usize {
         1 << self.bits.iter().sum::<u32>()
+    }
+
+    /// The numbers of its regions of the lens.
+    pub(super) fn cells(self) -> Range<usize> {
+        let [a, b] = self.lens_bits();
+        self.first_cell..self.first_cell + (1 << (a + b))
     }
 
     fn lens_bits(self) -> [u32; 2] {

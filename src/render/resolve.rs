@@ -35,23 +35,28 @@ impl Picture<'_> {
         mut errors: Option<&mut [f32]>,
     ) -> Resolved {
         let Resolved { mut squared, mut light } = Resolved::default();
-        let shown = |sum: Vec3, n: u32| (sum * (self.gain / n as f32)).clamp(Vec3::ZERO, Vec3::ONE);
-        for y in 0..TILE.min(self.view.height - ty * TILE) {
-            for x in 0..TILE.min(self.view.width - tx * TILE) {
-                let (at, block) = ((y * TILE + x) as usize, (y / BLOCK * BLOCKS + x / BLOCK) as usize);
-                let n = samples[block];
-                let (even, odd) = (n.div_ceil(2), n / 2);
-                let Some(&[a, b]) = sums.get(at).filter(|_| n > 0) else { continue };
-                light[block] += f64::from((a + b).max_element() * (self.gain / n as f32));
-                if let Some(pixel) = out.as_deref_mut().and_then(|out| out.get_mut(at)) {
-                    *pixel = ((a + b) / n as f32).to_array();
-                }
-                if odd > 0 {
-                    let share = f64::from(even) * f64::from(odd) / (f64::from(n) * f64::from(n));
-                    let error = share * (shown(a, even) - shown(b, odd)).as_dvec3().length_squared();
-                    squared[block] += error;
-                    if let Some(pixel) = errors.as_deref_mut().and_then(|errors| errors.get_mut(at)) {
-                        *pixel = (error / 3.0).sqrt() as f32;
+        let (width, height) = (self.view.width - tx * TILE, self.view.height - ty * TILE);
+        for block in (0..samples.len()).filter(|&block| samples[block] > 0) {
+            let n = samples[block];
+            let (even, odd) = (n.div_ceil(2), n / 2);
+            let share = f64::from(even) * f64::from(odd) / (f64::from(n) * f64::from(n));
+            let [all, even, odd] = [n, even, odd].map(|n| self.gain / n as f32);
+            let shown = |sum: Vec3, gain: f32| (sum * gain).clamp(Vec3::ZERO, Vec3::ONE);
+            let (left, top) = (block as u32 % BLOCKS * BLOCK, block as u32 / BLOCKS * BLOCK);
+            for y in top..(top + BLOCK).min(height) {
+                for x in left..(left + BLOCK).min(width) {
+                    let at = (y * TILE + x) as usize;
+                    let Some(&[a, b]) = sums.get(at) else { continue };
+                    light[block] += f64::from((a + b).max_element() * all);
+                    if let Some(pixel) = out.as_deref_mut().and_then(|out| out.get_mut(at)) {
+                        *pixel = ((a + b) / n as f32).to_array();
+                    }
+                    if n > 1 {
+                        let error = share * (shown(a, even) - shown(b, odd)).as_dvec3().length_squared();
+                        squared[block] += error;
+                        if let Some(pixel) = errors.as_deref_mut().and_then(|errors| errors.get_mut(at)) {
+                            *pixel = (error / 3.0).sqrt() as f32;
+                        }
                     }
                 }
             }
