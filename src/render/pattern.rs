@@ -47,6 +47,27 @@ impl Splits {
         Self { most_lens_bits: quarters, first_cell: quarters as usize, ..all }
     }
 
+    /// The steps in which a picture of so many samples is drawn: all at once or, where that would leave batches half
+    /// empty, by the powers of two that they are the sum of. (96 in one took 12.8 ns a sample on the tower, 64 take 9.5.)
+    pub(super) fn steps(samples: u32, has_diffraction: bool) -> Vec<(Run, Self)> {
+        let lanes = LANES as u32;
+        let clusters = Self::new(samples).clusters() as u32;
+        let at_once = clusters * samples.div_ceil(clusters).div_ceil(lanes);
+        if at_once * 8 < samples.div_ceil(lanes) * 9 {
+            let all = Run { first: 0, count: samples };
+            return vec![(all, Self::uniform(samples, has_diffraction))];
+        }
+        let mut first = 0;
+        std::iter::from_fn(|| {
+            let left = samples - first;
+            let count = if left < lanes { left } else { 1 << left.ilog2() };
+            let run = Run { first, count };
+            first += count;
+            (count > 0).then(|| (run, Self::of_run(run)))
+        })
+        .collect()
+    }
+
     /// The regions of the lens of all runs.
     pub(super) fn run_cells(shape: &ApertureShape, radius: f64) -> Vec<LensCell> {
         let smallest = Run { first: 0, count: runs::FIRST_RUN };
@@ -212,6 +233,29 @@ mod tests {
                 assert_eq!((batch.live, batch.odd.count_ones()), (0xffff, 8));
             }
         }
+    }
+
+    #[test]
+    fn steps_hold_each_sample_once_and_fill_their_batches() {
+        for samples in 1..3000 {
+            let steps = Splits::steps(samples, false);
+            let mut next = 0;
+            let mut batches = 0;
+            for (run, splits) in &steps {
+                assert_eq!(run.first, next, "{samples}");
+                next += run.count;
+                let clusters = splits.clusters() as u32;
+                batches += clusters * run.count.div_ceil(clusters).div_ceil(16);
+            }
+            assert_eq!(next, samples);
+            assert!(batches * 8 < samples.div_ceil(16) * 9 || steps.len() > 1, "{samples}: {batches}");
+            assert!(steps.len() == 1 || batches == samples.div_ceil(16), "{samples}: {batches}");
+        }
+        assert_eq!(Splits::steps(64, false).len(), 1);
+        assert_eq!(
+            Splits::steps(100, false).iter().map(|(run, _)| run.count).collect::<Vec<_>>(),
+            [64, 32, 4]
+        );
     }
 
     #[test]

@@ -104,8 +104,11 @@ impl<'a> Picture<'a> {
         let has_diffraction = active.has(EffectName::Diffraction);
         let (streams, mut cells) = match sequence {
             Sequence::Uniform(samples) => {
-                let splits = Splits::uniform(samples, has_diffraction);
-                (samples, splits.lens_cells(&shape, view.radius))
+                let cells = match &Splits::steps(samples, has_diffraction)[..] {
+                    [(_, splits)] => splits.lens_cells(&shape, view.radius),
+                    _ => Splits::run_cells(&shape, view.radius),
+                };
+                (samples, cells)
             }
             Sequence::Runs => (runs::FIRST_RUN, Splits::run_cells(&shape, view.radius)),
         };

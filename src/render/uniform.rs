@@ -9,7 +9,6 @@ use crate::error::Result;
 use crate::picture::{Allocation, Exposure};
 use crate::raster::TILE;
 use crate::raster::visibility::EVERYWHERE;
-use crate::sampling::runs::Run;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -27,20 +26,22 @@ impl Picture<'_> {
         let mut errors = zeroed(if execution.error_map { tiles * area } else { 0 }, 0.0f32)?;
         let finished = AtomicUsize::new(0);
         let stop = || cancelled(execution);
-        let splits = Splits::uniform(samples, self.diffraction.is_some());
-        let step = Step { run: Run { first: 0, count: samples }, splits, wanted: EVERYWHERE };
+        let steps: Vec<Step> = Splits::steps(samples, self.diffraction.is_some())
+            .into_iter()
+            .map(|(run, splits)| Step { run, splits, wanted: EVERYWHERE })
+            .collect();
         let draw = |(scratch, sums): &mut (Borrowed<'_>, Vec<_>), tile, out, errors: Option<&mut [f32]>| {
             if stop() {
                 return Default::default();
             }
             sums.clear();
             let watch = Stopwatch::start(execution.clock);
-            let (mut tally, steps) =
-                self.draw_tile(scratch.get(), self.place(tile), &[step], sums, watch, &stop);
+            let (mut tally, done) =
+                self.draw_tile(scratch.get(), self.place(tile), &steps, sums, watch, &stop);
             let mut watch = Stopwatch::start(execution.clock);
-            let squared = match steps {
-                0 => 0.0,
-                _ => {
+            let squared = match done < steps.len() {
+                true => 0.0,
+                false => {
                     let place = self.place(tile);
                     let mut resolved = self.resolve(place, sums, &[samples; 16], Some(out), errors);
                     tally.unseen_light =
