@@ -95,6 +95,7 @@ pub(super) fn base(blocks: &[Block], goal: Goal, fall: f64, most: u32, entries_p
         Goal::Work(work) => Goal::Work(work * part),
     };
     let round = round * few.iter().map(|block| block.work(1)).sum::<f64>();
+    let levels = Levels::new(most, fall);
     // The price of a base (work for an error, or an error for work), and for an error the samples that it takes.
     let price = |base: u32| {
         let raised = |block: &Block| {
@@ -108,7 +109,6 @@ pub(super) fn base(blocks: &[Block], goal: Goal, fall: f64, most: u32, entries_p
         let more = |goal: Goal| {
             // Blocks from all over the picture are no neighbours.
             let errors = all.iter().map(|block| block.error).collect();
-            let levels = Levels::new(most, fall);
             let wanted = spread(&all, errors, goal, &levels, u32::MAX);
             all.iter().zip(wanted).fold([0.0; 3], |[samples, work, error], (block, wanted)| {
                 let more = wanted - base;

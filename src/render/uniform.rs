@@ -39,15 +39,13 @@ impl Picture<'_> {
             let (mut tally, done) =
                 self.draw_tile(scratch.get(), self.place(tile), &steps, sums, watch, &stop);
             let mut watch = Stopwatch::start(execution.clock);
-            let squared = match done < steps.len() {
-                true => 0.0,
-                false => {
-                    let place = self.place(tile);
-                    let mut resolved = self.resolve(place, sums, &[samples; 16], Some(out), errors);
-                    tally.unseen_light =
-                        u64::from(self.highlights.raise(place, &[samples; 16], &mut resolved));
-                    resolved.squared.iter().sum()
-                }
+            let squared = if done < steps.len() {
+                0.0
+            } else {
+                let place = self.place(tile);
+                let mut resolved = self.resolve(place, sums, &[samples; 16], Some(out), errors);
+                tally.unseen_light = u64::from(self.highlights.raise(place, &[samples; 16], &mut resolved));
+                resolved.squared.iter().sum()
             };
             watch.lap(&mut tally.stages.resolve);
             if let Some(progress) = execution.progress {
