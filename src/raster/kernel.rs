@@ -266,10 +266,12 @@ mod tests {
                 });
                 blocks.push(format!("{block:?}"));
             }
-            let mut groups = Vec::new();
-            group(level, &batch, &seen, &mut groups);
             let depth: Vec<u32> = seen.depth.iter().flatten().map(|z| z.to_bits()).collect();
-            (depth, seen.id, groups, blocks)
+            let ids = seen.id.clone();
+            let mut groups = Vec::new();
+            seen.keep(0);
+            group(level, std::slice::from_ref(&batch), &seen, &mut groups);
+            (depth, ids, groups, blocks)
         };
         let wanted = run(SimdLevel::Scalar.level());
         assert!(wanted.0.iter().filter(|&&bits| bits != 0).count() > 1000, "the test draws next to nothing");

@@ -51,3 +51,6 @@ pub(crate) const TILE: u32 = 32;
 
 /// Samples handled together.
 pub(crate) const LANES: usize = 16;
+
+/// Batches of that many samples that are drawn one by one and shaded together.
+pub(crate) const BATCHES: usize = 4;

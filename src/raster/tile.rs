@@ -277,12 +277,17 @@ impl TileScratch {
         self.pull(geometry);
     }
 
-    /// Sorts the samples of the batch that was drawn by what they see.
-    pub(crate) fn group(&self, level: Level, batch: &Batch, out: &mut Vec<Group>) {
-        group(level, batch, &self.seen, out);
+    /// Keeps what the batch that was drawn sees as that of batch `number` of those that are grouped together.
+    pub(crate) fn keep(&mut self, number: usize) {
+        self.seen.keep(number);
     }
 
-    /// Each sample of the batch that was drawn by itself, sorted by what it sees, nothing last.
+    /// Sorts the samples of the batches that were kept by what they see.
+    pub(crate) fn group(&self, level: Level, batches: &[Batch], out: &mut Vec<Group>) {
+        group(level, batches, &self.seen, out);
+    }
+
+    /// Each sample of the batch that was kept first by itself, sorted by what it sees, nothing last.
     pub(crate) fn singles(&self, batch: &Batch, next: &mut Vec<u32>, out: &mut Vec<Group>) {
         singles(batch, &self.seen, self.surfaces.len(), next, out);
     }

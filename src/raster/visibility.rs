@@ -1,7 +1,7 @@
 //! What is seen: depth and surface of 16 samples at each block of a tile, and the groups that see the same.
 
 use super::view::Batch;
-use super::{LANES, TILE};
+use super::{BATCHES, LANES, TILE};
 use crate::simd::at_level;
 use fearless_simd::{Level, Simd, SimdBase, SimdMask, f32x16, u32x16};
 
@@ -20,6 +20,8 @@ pub(crate) struct Visibility {
     pub depth: Vec<[f32; LANES]>,
     /// The id of the surface that is seen, [`NOTHING`] where none is.
     pub id: Vec<[u32; LANES]>,
+    /// The ids of the batches that were drawn before: see [`Visibility::keep`].
+    kept: [Vec<[u32; LANES]>; BATCHES],
     /// Blocks in a row.
     pub columns: usize,
     /// Lane by lane at most the depth anywhere in a region.
@@ -45,6 +47,7 @@ impl Visibility {
         Self {
             depth: Vec::new(),
             id: Vec::new(),
+            kept: Default::default(),
             columns: 0,
             floors: [[0.0; LANES]; MOST_REGIONS * MOST_REGIONS],
             stale: 0,
@@ -61,19 +64,18 @@ impl Visibility {
         let blocks = columns * (TILE / block_height) as usize;
         let stays = wanted == self.wanted && columns == self.columns && blocks == self.depth.len();
         (self.columns, self.wanted, self.stale, self.changes) = (columns, wanted, 0, 0);
+        self.id.resize(blocks, [NOTHING; LANES]);
         self.floor = [0.0; LANES];
         if wanted == EVERYWHERE {
             self.depth.clear();
             self.depth.resize(blocks, [0.0; LANES]);
-            self.id.clear();
-            self.id.resize(blocks, [NOTHING; LANES]);
+            self.id.fill([NOTHING; LANES]);
             self.floors = [[0.0; LANES]; MOST_REGIONS * MOST_REGIONS];
             return;
         }
         if !stays {
             self.depth.clear();
             self.depth.resize(blocks, [f32::INFINITY; LANES]);
-            self.id.resize(blocks, [NOTHING; LANES]);
             self.floors = [[f32::INFINITY; LANES]; MOST_REGIONS * MOST_REGIONS];
         }
         let mut rest = wanted;
@@ -93,6 +95,11 @@ impl Visibility {
                 }
             }
         }
+    }
+
+    /// Keeps what the batch that was drawn sees as that of batch `number` of those that are grouped together.
+    pub(crate) fn keep(&mut self, number: usize) {
+        std::mem::swap(&mut self.id, &mut self.kept[number % BATCHES]);
     }
 
     /// Says that the region in this column and row of regions was drawn into.
@@ -173,40 +180,66 @@ pub(super) fn wants(wanted: u64, [x0, x1, y0, y1]: [u8; 4]) -> bool {
     wanted & rows & (columns * 0x0101_0101_0101_0101) != 0
 }
 
-/// Samples of one block that see the same: lanes of a batch, lane 0 in the lowest bit.
+/// Samples of one block that see the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Group {
     pub block: u16,
-    pub lanes: u16,
     /// The surface they see, or [`NOTHING`].
     pub id: u32,
+    /// Lanes of up to four batches: those of the first in the lowest 16 bits, lane 0 in the lowest.
+    pub lanes: u64,
 }
 
-/// Sorts the samples of a batch into groups, block by block.
-pub(crate) fn group(level: Level, batch: &Batch, seen: &Visibility, out: &mut Vec<Group>) {
+impl Group {
+    /// Its lanes of batch `number`.
+    #[inline(always)]
+    pub(crate) fn lanes_of(&self, number: usize) -> u16 {
+        (self.lanes >> (LANES * number)) as u16
+    }
+}
+
+/// Sorts the samples of the `batches` that were kept into groups, block by block.
+pub(crate) fn group(level: Level, batches: &[Batch], seen: &Visibility, out: &mut Vec<Group>) {
     out.clear();
-    at_level!(level, simd => group_all(simd, batch, seen, out));
+    at_level!(level, simd => group_all(simd, batches, seen, out));
 }
 
 #[inline(always)]
-fn group_all<S: Simd>(simd: S, batch: &Batch, seen: &Visibility, out: &mut Vec<Group>) {
-    for (block, ids) in seen.id.iter().enumerate() {
+fn group_all<S: Simd>(simd: S, batches: &[Batch], seen: &Visibility, out: &mut Vec<Group>) {
+    let live = all_live(batches);
+    for block in 0..seen.depth.len() {
         if !seen.is_wanted(block) {
             continue;
         }
-        let all = u32x16::load_array_ref(simd, ids);
-        let mut rest = batch.live;
+        let mut rest = live;
         while rest != 0 {
-            let id = ids[rest.trailing_zeros() as usize % LANES];
-            let same = all.simd_eq(u32x16::splat(simd, id)).to_bitmask() as u16 & rest;
-            out.push(Group { block: block as u16, lanes: same, id });
-            rest &= !same;
+            let first = rest.trailing_zeros() as usize;
+            let id = seen.kept[first / LANES % BATCHES].get(block).map_or(NOTHING, |ids| ids[first % LANES]);
+            let wanted = u32x16::splat(simd, id);
+            let mut lanes = 0;
+            for (number, ids) in seen.kept.iter().enumerate().take(batches.len()) {
+                if let Some(ids) = ids.get(block) {
+                    let same = u32x16::load_array_ref(simd, ids).simd_eq(wanted).to_bitmask();
+                    lanes |= same << (LANES * number);
+                }
+            }
+            lanes &= rest;
+            // Whatever is there: the first lane itself is of the group.
+            lanes |= 1 << first;
+            out.push(Group { block: block as u16, lanes, id });
+            rest &= !lanes;
         }
     }
 }
 
-/// Each sample of a batch as a group of its own, sorted by what they see (one of `surfaces`, or nothing, which comes
-/// last), otherwise in order. `next` is scratch.
+/// The lanes of up to four batches that are in use.
+fn all_live(batches: &[Batch]) -> u64 {
+    let each = batches.iter().take(BATCHES).enumerate();
+    each.fold(0, |live, (number, batch)| live | u64::from(batch.live) << (LANES * number))
+}
+
+/// Each sample of the batch that was kept first as a group of its own, sorted by what they see (one of `surfaces`, or
+/// nothing, which comes last), otherwise in order. `next` is scratch.
 pub(crate) fn singles(
     batch: &Batch,
     seen: &Visibility,
@@ -217,7 +250,7 @@ pub(crate) fn singles(
     next.clear();
     next.resize(surfaces + 2, 0);
     let live = |lane: usize| batch.live >> lane & 1 == 1;
-    let blocks = || seen.id.iter().enumerate().filter(|(block, _)| seen.is_wanted(*block));
+    let blocks = || seen.kept[0].iter().enumerate().filter(|(block, _)| seen.is_wanted(*block));
     for (_, ids) in blocks() {
         for (_, &id) in ids.iter().enumerate().filter(|(lane, _)| live(*lane)) {
             next[(id as usize).min(surfaces) + 1] += 1;
@@ -240,6 +273,35 @@ pub(crate) fn singles(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn samples_of_four_batches_are_grouped_by_what_they_see() {
+        let batches: [Batch; 4] = std::array::from_fn(|i| Batch { live: 0xffff >> i, ..Batch::of_cell(0) });
+        let id = |batch: usize, block: usize, lane: usize| ((batch * 7 + block * 3 + lane) % 5) as u32;
+        let mut seen = Visibility::new();
+        for number in 0..4 {
+            seen.clear(1, 1, EVERYWHERE);
+            for (block, ids) in seen.id.iter_mut().enumerate() {
+                *ids = std::array::from_fn(|lane| id(number, block, lane));
+            }
+            seen.keep(number);
+        }
+        for count in 1..=4 {
+            let mut groups = Vec::new();
+            group(crate::simd::SimdLevel::best().level(), &batches[..count], &seen, &mut groups);
+            let mut met = vec![0u64; 1024];
+            for group in &groups {
+                assert_eq!(met[usize::from(group.block)] & group.lanes, 0);
+                met[usize::from(group.block)] |= group.lanes;
+                for lane in (0..64).filter(|lane| group.lanes >> lane & 1 == 1) {
+                    assert_eq!(group.id, id(lane / 16, usize::from(group.block), lane % 16));
+                }
+            }
+            assert!(met.iter().all(|&lanes| lanes == all_live(&batches[..count])));
+            // One group for each of the five surfaces.
+            assert_eq!(groups.len(), 5 * 1024);
+        }
+    }
 
     #[test]
     fn blocks_are_wanted_where_a_region_of_theirs_is() {

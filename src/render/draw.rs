@@ -7,7 +7,7 @@ use crate::raster::film::TileFilm;
 use crate::raster::tile::{Geometry, Part};
 use crate::raster::view::{Batch, Pattern, from_center};
 use crate::raster::visibility::{Group, NOTHING, REGION};
-use crate::raster::{self, LANES, TILE};
+use crate::raster::{self, BATCHES, LANES, TILE};
 use crate::sampling;
 use crate::sampling::runs::Run;
 use crate::shade::{LaneSums, Look, Place, Rays, Samples, SunSamples};
@@ -174,30 +174,37 @@ impl Picture<'_> {
                 looks.get_mut().clear();
             }
             watch.lap(&mut tally.stages.setup);
-            for (number, batch) in pattern.batches.iter().enumerate() {
-                if stop() {
-                    return (tally, done);
+            // Shadows weigh each sample by itself.
+            let together = if self.shared && self.shadows.is_none() { BATCHES } else { 1 };
+            for (bundle, batches) in pattern.batches.chunks(together).enumerate() {
+                for (at, batch) in batches.iter().enumerate() {
+                    if stop() {
+                        return (tally, done);
+                    }
+                    let number = bundle * together + at;
+                    tally.samples += REGION_SAMPLES * u64::from(step.wanted.count_ones());
+                    tally.triangles += raster.draw(
+                        self.level,
+                        step.wanted,
+                        &geometry,
+                        &film,
+                        (number, batch),
+                        &|visit, block, lanes| {
+                            let mut looks = looks.borrow_mut();
+                            let look = looks.get_or_make(visit.id, || self.look(&film, visit.first));
+                            let (corner, key) = self.corner(tile, &pattern, batch, block);
+                            self.shader.met(self.level, look, visit.triangle, (batch, corner), lanes, key)
+                        },
+                    );
+                    raster.keep(at);
+                    watch.lap(&mut tally.stages.coverage);
+                    let setup = std::mem::take(&mut raster.seconds);
+                    tally.stages.setup += setup;
+                    tally.stages.coverage -= setup;
                 }
-                tally.samples += REGION_SAMPLES * u64::from(step.wanted.count_ones());
-                tally.triangles += raster.draw(
-                    self.level,
-                    step.wanted,
-                    &geometry,
-                    &film,
-                    (number, batch),
-                    &|visit, block, lanes| {
-                        let mut looks = looks.borrow_mut();
-                        let look = looks.get_or_make(visit.id, || self.look(&film, visit.first));
-                        let (corner, key) = self.corner(tile, &pattern, batch, block);
-                        self.shader.met(self.level, look, visit.triangle, (batch, corner), lanes, key)
-                    },
-                );
-                watch.lap(&mut tally.stages.coverage);
-                let setup = std::mem::take(&mut raster.seconds);
-                tally.stages.setup += setup;
-                tally.stages.coverage -= setup;
+                let batch = &batches[0];
                 if self.shared {
-                    raster.group(self.level, batch, groups);
+                    raster.group(self.level, batches, groups);
                     sort_by_surface(groups, raster.surfaces().len(), runs, next);
                 } else {
                     raster.singles(batch, next, runs);
@@ -205,8 +212,8 @@ impl Picture<'_> {
                 watch.lap(&mut tally.stages.group);
                 tally.requests += runs.len() as u64;
                 let samples = Samples {
-                    batch,
-                    means: &LaneSums::new(batch),
+                    batches,
+                    means: &LaneSums::new(batches),
                     rays: &rays,
                     pattern: &pattern,
                     single: !self.shared,
@@ -215,7 +222,7 @@ impl Picture<'_> {
                 let pixel = |block: u32, lane: usize| self.pixel_key(tile, &pattern, batch, block)(lane);
                 let sun = self.shadows.as_ref().map(|sun| {
                     let soft = sun.is_soft().then(|| self.sun_squares(tile, &pattern, batch));
-                    SunSamples { sun, square: soft.unwrap_or_default(), pixel: &pixel }
+                    SunSamples { batch, sun, square: soft.unwrap_or_default(), pixel: &pixel }
                 });
                 for run in runs.chunk_by(|a, b| a.id == b.id) {
                     let triangle = raster.surfaces().get(run[0].id as usize);

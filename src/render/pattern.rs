@@ -96,7 +96,12 @@ impl Splits {
         let interval = |dimension: usize, bits: u32| {
             ((coordinates[dimension] * (1u32 << bits) as f32) as usize).min((1 << bits) - 1)
         };
-        let cluster = (0..4).fold(0, |sum, d| sum << self.bits[d] | interval(d, self.bits[d]));
+        // Split by split, so that clusters with neighbouring numbers lie close together, too.
+        let splits = self.bits.iter().sum::<u32>();
+        let cluster = (0..splits).fold(0, |sum, split| {
+            let dimension = DIMENSIONS[split as usize % 4];
+            sum << 1 | interval(dimension, split / 4 + 1) & 1
+        });
         let [a, b] = self.lens_bits();
         (cluster, self.first_cell + (interval(3, b) << a | interval(1, a)))
     }
@@ -155,6 +160,9 @@ impl Splits {
 /// In which turn each dimension is split: the lens first, since what is out of focus shows more triangles
 /// within the aperture than within a pixel (2.5 groups a pixel and batch on the tower instead of 3.1).
 const ORDER: [u32; 4] = [2, 0, 3, 1];
+
+/// The dimension of each turn.
+const DIMENSIONS: [usize; 4] = [1, 3, 0, 2];
 
 /// Where the samples of a picture come from.
 #[derive(Clone, Copy)]

@@ -142,20 +142,25 @@ fn light_of_each<S: Simd>(
     samples: &Samples<'_>,
     group: &Group,
 ) -> [Vec4; 2] {
-    let (corner, batch) = (samples.corner(group), samples.batch);
-    let at = Places {
-        u: f32x16::load_array_ref(simd, &batch.u),
-        v: f32x16::load_array_ref(simd, &batch.v),
-        x: f32x16::load_array_ref(simd, &batch.x) + corner.x,
-        y: f32x16::load_array_ref(simd, &batch.y) + corner.y,
-    };
+    let corner = samples.corner(group);
     let (toward, color) = shader.sun.unwrap_or((Vec3::ZERO, Vec3::ZERO));
-    let (rise, _) = rise(simd, normal, look.face, toward, samples.rays, &at);
+    let mut sums = [0.0; 2];
+    for (number, batch) in samples.batches.iter().enumerate() {
+        let lanes = group.lanes_of(number);
+        if lanes == 0 {
+            continue;
+        }
+        let at = Places {
+            u: f32x16::load_array_ref(simd, &batch.u),
+            v: f32x16::load_array_ref(simd, &batch.v),
+            x: f32x16::load_array_ref(simd, &batch.x) + corner.x,
+            y: f32x16::load_array_ref(simd, &batch.y) + corner.y,
+        };
+        let (rise, _) = rise(simd, normal, look.face, toward, samples.rays, &at);
+        sums[0] += gather::total(simd, rise, lanes & !batch.odd);
+        sums[1] += gather::total(simd, rise, lanes & batch.odd);
+    }
     let counts = samples.counts(group);
-    let sums = [
-        gather::total(simd, rise, group.lanes & !batch.odd),
-        gather::total(simd, rise, group.lanes & batch.odd),
-    ];
     let mut lights = [Vec4::ZERO; 2];
     for half in 0..2 {
         if counts[half] > 0.0 {

@@ -1,10 +1,10 @@
-//! The samples of one batch in one tile, as shading takes them: the rays of the tile, where groups of samples lie,
+//! The samples of up to four batches in one tile, as shading takes them: the rays of the tile, where groups of samples lie,
 //! and which pixels they belong to.
 
 use super::Place;
 use crate::raster::view::{Batch, Pattern, from_center};
 use crate::raster::visibility::Group;
-use crate::raster::{LANES, TILE};
+use crate::raster::{BATCHES, LANES, TILE};
 use fearless_simd::{Simd, SimdBase, f32x16};
 use glam::{Vec2, Vec3, Vec4};
 
@@ -37,18 +37,21 @@ impl Rays {
     }
 }
 
-/// Sums over lanes for each value of each four bits of a mask: means of any group at the cost of four loads.
+/// What groups of samples are made of: sums over lanes for each value of each four bits of a mask, so that the mean of any
+/// group costs four loads a batch.
 pub(crate) struct LaneSums {
-    sums: [[Vec4; 16]; 4],
+    sums: [[[Vec4; 16]; 4]; BATCHES],
     /// The most that two lanes lie apart: `u`, `v`, `x`, `y`.
     pub(super) ranges: Vec4,
+    /// Lanes whose samples belong to the other half of the error estimate.
+    pub(super) odd: u64,
 }
 
 /// One over the number of lanes.
-const INVERSE: [f32; 32] = {
-    let mut inverse = [0.0; 32];
+const INVERSE: [f32; 2 * BATCHES * LANES] = {
+    let mut inverse = [0.0; 2 * BATCHES * LANES];
     let mut i = 1;
-    while i < 32 {
+    while i < inverse.len() {
         inverse[i] = 1.0 / i as f32;
         i += 1;
     }
@@ -56,42 +59,52 @@ const INVERSE: [f32; 32] = {
 };
 
 impl LaneSums {
-    pub(crate) fn new(batch: &Batch) -> Self {
-        let lane = |i: usize| Vec4::new(batch.u[i], batch.v[i], batch.x[i], batch.y[i]);
-        let live = || (0..LANES).filter(|i| batch.live >> i & 1 == 1);
-        let first = lane(batch.live.trailing_zeros() as usize % LANES);
-        let (low, high) = live().fold((first, first), |(low, high), i| (low.min(lane(i)), high.max(lane(i))));
-        Self {
-            sums: std::array::from_fn(|part| {
-                std::array::from_fn(|mask| {
-                    (0..4)
-                        .filter(|bit| mask >> bit & 1 == 1)
-                        .fold(Vec4::ZERO, |sum, bit| sum + lane(4 * part + bit))
-                })
-            }),
-            ranges: high - low,
+    pub(crate) fn new(batches: &[Batch]) -> Self {
+        let lane = |batch: &Batch, i: usize| Vec4::new(batch.u[i], batch.v[i], batch.x[i], batch.y[i]);
+        let mut all = Self { sums: [[[Vec4::ZERO; 16]; 4]; BATCHES], ranges: Vec4::ZERO, odd: 0 };
+        let (mut low, mut high) = (Vec4::INFINITY, Vec4::NEG_INFINITY);
+        for (number, (sums, batch)) in all.sums.iter_mut().zip(batches).enumerate() {
+            all.odd |= u64::from(batch.odd) << (LANES * number);
+            for (part, sums) in sums.iter_mut().enumerate() {
+                for mask in 1..sums.len() {
+                    let bit = mask.trailing_zeros() as usize;
+                    sums[mask] = sums[mask & (mask - 1)] + lane(batch, 4 * part + bit);
+                }
+            }
+            for i in (0..LANES).filter(|i| batch.live >> i & 1 == 1) {
+                (low, high) = (low.min(lane(batch, i)), high.max(lane(batch, i)));
+            }
         }
+        all.ranges = (high - low).max(Vec4::ZERO);
+        all
     }
 
     /// The place of a lane, from the block's corner.
     #[inline(always)]
     pub(super) fn lane(&self, lane: usize) -> Vec4 {
-        self.sums[lane / 4 % 4][1 << (lane % 4)]
+        self.sums[lane / LANES % BATCHES][lane / 4 % 4][1 << (lane % 4)]
     }
 
     /// The mean place of `lanes`, which are not none, from the block's corner.
     #[inline(always)]
-    fn mean(&self, lanes: u16) -> Vec4 {
-        let [a, b, c, d] = &self.sums;
-        let part = |sums: &[Vec4; 16], shift: u32| sums[usize::from(lanes >> shift) & 15];
-        (part(a, 0) + part(b, 4) + part(c, 8) + part(d, 12))
-            * INVERSE[lanes.count_ones() as usize % INVERSE.len()]
+    fn mean(&self, lanes: u64) -> Vec4 {
+        let mut sum = Vec4::ZERO;
+        let mut rest = lanes;
+        for [a, b, c, d] in &self.sums {
+            let part = |sums: &[Vec4; 16], shift: u32| sums[(rest >> shift) as usize & 15];
+            sum += part(a, 0) + part(b, 4) + part(c, 8) + part(d, 12);
+            rest >>= LANES;
+            if rest == 0 {
+                break;
+            }
+        }
+        sum * INVERSE[lanes.count_ones() as usize % INVERSE.len()]
     }
 }
 
-/// What all groups of one batch in one tile share.
+/// What all groups of up to four batches in one tile share.
 pub(crate) struct Samples<'a> {
-    pub batch: &'a Batch,
+    pub batches: &'a [Batch],
     pub means: &'a LaneSums,
     pub rays: &'a Rays,
     pub pattern: &'a Pattern,
@@ -140,7 +153,7 @@ impl Samples<'_> {
     /// How many samples of a group belong to the even and the odd half.
     #[inline(always)]
     pub(super) fn counts(&self, group: &Group) -> [f32; 2] {
-        let odd = (group.lanes & self.batch.odd).count_ones();
+        let odd = (group.lanes & self.means.odd).count_ones();
         [(group.lanes.count_ones() - odd) as f32, odd as f32]
     }
 
@@ -154,7 +167,9 @@ impl Samples<'_> {
         }
         let mut pixel = self.pattern.corner(u32::from(group.block));
         if self.single {
-            pixel = self.pattern.pixel(pixel, self.batch, group.lanes.trailing_zeros() as usize);
+            let lane = group.lanes.trailing_zeros() as usize;
+            let Some(batch) = self.batches.first() else { return };
+            pixel = self.pattern.pixel(pixel, batch, lane);
         }
         if let Some([even, odd]) = sums.get_mut((pixel.1 * TILE + pixel.0) as usize) {
             *even += colors[0];

@@ -11,6 +11,7 @@ use super::sun::{Asking, ShadowSun, SurfacePlane, directions};
 use super::texels::Textured;
 use super::{Shader, gather};
 use crate::raster::LANES;
+use crate::raster::view::Batch;
 use crate::raster::visibility::Group;
 use crate::sampling::sun_shift;
 use crate::simd::at_level;
@@ -19,6 +20,7 @@ use glam::{Vec3, Vec4};
 
 /// What one batch of samples in one tile brings beside what plain shading takes.
 pub(crate) struct SunSamples<'a> {
+    pub batch: &'a Batch,
     pub sun: &'a ShadowSun<'a>,
     /// Points of the unit square, in 2^-32, one for each lane; where the sun has a disk.
     pub square: [[u32; LANES]; 2],
@@ -53,7 +55,7 @@ impl Shader<'_> {
                 if !sun.sun.is_soft() && normals[2][i] <= 0.0 {
                     continue;
                 }
-                let mut rest = group.lanes;
+                let mut rest = group.lanes_of(0);
                 while rest != 0 {
                     packet[filled] = (i as u8, rest.trailing_zeros() as u8);
                     rest &= rest - 1;
@@ -67,7 +69,7 @@ impl Shader<'_> {
             if filled > 0 {
                 trace(level, plane, samples, sun, chunk, &normals, &packet[..filled], last, &mut weights);
             }
-            at_level!(level, simd => surface(simd, self, look, samples, chunk, &weights, sums));
+            at_level!(level, simd => surface(simd, self, look, (samples, sun.batch), chunk, &weights, sums));
         }
     }
 }
@@ -104,7 +106,7 @@ fn trace(
     last: &mut u32,
     weights: &mut [[f32; LANES]; LANES],
 ) {
-    let batch = samples.batch;
+    let batch = sun.batch;
     let mut places = [[0.0; LANES]; 4];
     let mut normal = [[0.0; LANES]; 3];
     let mut square = [[0.0; LANES]; 2];
@@ -211,7 +213,7 @@ fn surface<S: Simd>(
     simd: S,
     shader: &Shader<'_>,
     look: &Look,
-    samples: &Samples<'_>,
+    (samples, batch): (&Samples<'_>, &Batch),
     groups: &[Group],
     weights: &[[f32; LANES]; LANES],
     sums: &mut Sums,
@@ -228,11 +230,11 @@ fn surface<S: Simd>(
         let counts = samples.counts(group);
         let weights = &weights[i];
         let mut total = [0.0; 2];
-        let mut rest = group.lanes;
+        let mut rest = group.lanes_of(0);
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % LANES;
             rest &= rest - 1;
-            total[usize::from(samples.batch.odd >> lane & 1)] += weights[lane];
+            total[usize::from(batch.odd >> lane & 1)] += weights[lane];
         }
         let mut colors = [0, 1].map(|half: usize| (emission + ambient) * counts[half] + color * total[half]);
         if let Some((texture, shared)) = &texture {
@@ -243,7 +245,7 @@ fn surface<S: Simd>(
                 let Some((choice, at)) = texture.alone(simd, group, shared.squares[i]) else {
                     continue;
                 };
-                let (lanes, odd) = (group.lanes, samples.batch.odd);
+                let (lanes, odd) = (group.lanes_of(0), batch.odd);
                 if total == [0.0; 2] {
                     (gather::sums(simd, choice, at, lanes, odd), [Vec4::ZERO; 2])
                 } else {
