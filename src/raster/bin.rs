@@ -16,7 +16,16 @@ use rayon::prelude::*;
 /// Triangles and vertices that a parallel task takes at a time; the result does not depend on it.
 const CHUNK: usize = 4096;
 
-/// A triangle that may be seen.
+/// The triangles of a scene.
+pub(crate) struct Triangles<'a> {
+    /// Their corners, as numbers of vertices.
+    pub vertices: &'a [[u32; 3]],
+    /// The surface that a triangle is part of, and whether samples may pass through it.
+    pub surface: &'a (dyn Fn(u32) -> (u32, bool) + Sync),
+}
+
+/// A triangle that may be seen, with all that tiles ask of it: they come by in the order of depth, so each place more that
+/// they would have to look at is one that memory has to bring.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
     /// Its number in the scene.
@@ -25,8 +34,12 @@ pub(crate) struct Candidate {
     pub nearest: f32,
     /// Its corners, as numbers of vertices.
     pub vertices: [u32; 3],
-    /// Whether all of them lie in the frustum.
+    /// The surface that it is part of. Which surface is seen is all that is told of a sample.
+    pub surface: u32,
+    /// Whether all of its corners lie in the frustum.
     pub is_inside: bool,
+    /// Whether samples may pass through it.
+    pub is_cutout: bool,
 }
 
 /// The candidates, and which of them may touch which tile.
@@ -46,26 +59,27 @@ pub(crate) struct Bins {
 }
 
 impl Bins {
-    /// Bins `triangles` (indices into `positions`, lens frame) for samples in `cells` of the aperture. When `stop` says
-    /// so they are soon done, and of no use.
+    /// Bins `triangles` (vertices are places in `positions`, lens frame) for samples in `cells` of the aperture. When `stop`
+    /// says so they are soon done, and of no use.
     pub(crate) fn new(
         simd: Level,
         view: &View,
         cells: &[LensCell],
         positions: &[DVec3],
-        triangles: &[[u32; 3]],
+        triangles: &Triangles<'_>,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Self {
-        let boxes = Boxes::new(simd, view, cells, positions, triangles, stop);
+        let boxes = Boxes::new(simd, view, cells, positions, triangles.vertices, stop);
         let (tiles_x, tiles_y) = (view.width.div_ceil(TILE), view.height.div_ceil(TILE));
         // What touches the picture, in the order of the scene: neighbours there are neighbours in space, and memory.
         let found: Vec<Found> = triangles
+            .vertices
             .par_chunks(CHUNK)
             .enumerate()
             .filter(|_| !stop())
-            .map(|(chunk, triangles)| {
+            .map(|(chunk, all)| {
                 let mut found = Found::default();
-                for (t, &vertices) in (chunk * CHUNK..).zip(triangles) {
+                for (t, &vertices) in (chunk * CHUNK..).zip(all) {
                     let triangle = t as u32;
                     let each = (0..cells.len()).map(|cell| boxes.of(triangle, vertices, cell));
                     let first = found.boxes.len();
@@ -78,7 +92,15 @@ impl Bins {
                     let [a, b, c] = vertices.map(|v| positions[v as usize].z);
                     let key = key(a.min(b).min(c));
                     let (nearest, is_inside) = (f32::from_bits(key), boxes.are_inside(vertices));
-                    found.candidates.push(Candidate { triangle, nearest, vertices, is_inside });
+                    let (surface, is_cutout) = (triangles.surface)(triangle);
+                    found.candidates.push(Candidate {
+                        triangle,
+                        nearest,
+                        vertices,
+                        surface,
+                        is_inside,
+                        is_cutout,
+                    });
                     found.tiles.push(tiles);
                 }
                 found

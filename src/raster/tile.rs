@@ -22,11 +22,7 @@ pub(crate) struct Geometry<'a> {
     pub view: &'a View,
     pub bins: &'a Bins,
     pub positions: &'a [DVec3],
-    /// For each triangle, whether samples may pass through it.
-    pub cutout: &'a [bool],
-    /// The surface that a triangle is part of, and how many surfaces there are. Which surface is seen is all
-    /// that is told of a sample.
-    pub surface: &'a (dyn Fn(u32) -> u32 + Sync),
+    /// How many surfaces triangles are part of.
     pub surfaces: usize,
     /// Seconds from any start.
     pub clock: Option<&'a (dyn Fn() -> f64 + Sync)>,
@@ -151,7 +147,7 @@ impl TileScratch {
                 if turn == 0 && lane == 0 {
                     next.nearest = candidate.nearest;
                 }
-                let met = &mut self.met[(geometry.surface)(candidate.triangle) as usize];
+                let met = &mut self.met[candidate.surface as usize];
                 if met.0 != self.tiles {
                     *met = (self.tiles, self.surfaces.len() as u32);
                     self.surfaces.push(candidate.triangle);
@@ -244,7 +240,7 @@ impl TileScratch {
             block.imaged |= u16::from(candidate.is_inside && is_narrow) << lane;
             let near = f64::from(candidate.nearest) < geometry.view.near * (1.0 + 1e-6);
             block.near |= u16::from(near) << lane;
-            block.cutout |= u16::from(geometry.cutout[candidate.triangle as usize]) << lane;
+            block.cutout |= u16::from(candidate.is_cutout) << lane;
         }
         film.set_up(level, &corners, &depths, block);
         block.live &= (0xffff_u32 >> (LANES - self.next.count)) as u16;

@@ -1,7 +1,7 @@
 //! One tile: its samples through the rasterizer, grouped by what they see, shaded and summed.
 
 use super::pattern::{Splits, pattern};
-use super::picture::Picture;
+use super::picture::{Picture, patch};
 use super::stages::{Stages, Stopwatch};
 use crate::raster::film::TileFilm;
 use crate::raster::tile::{Geometry, Part};
@@ -131,8 +131,6 @@ impl Picture<'_> {
             view: &self.view,
             bins: &self.bins,
             positions: self.positions,
-            cutout: &self.cutout,
-            surface: &|t| self.patch(t).0,
             surfaces: self.surface_count,
             clock: watch.clock(),
             stop: &|| self.stopped(),
@@ -294,7 +292,7 @@ impl Picture<'_> {
 
     /// The number of the surface that a triangle is part of, and the triangle that stands for it.
     fn patch(&self, triangle: u32) -> (u32, u32) {
-        if self.alike { self.surfaces.patches.of(triangle) } else { (triangle, triangle) }
+        patch(self.surfaces, self.alike, triangle)
     }
 
     /// The look of the surface that `triangle`, which may be seen in the tile, is part of.

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::plan::RenderPlan;
 use crate::quantity::Angle;
 use crate::raster::TILE;
-use crate::raster::bin::Bins;
+use crate::raster::bin::{Bins, Triangles};
 use crate::raster::view::{LensCell, View};
 use crate::sampling::{self, ApertureShape, runs};
 use crate::scene::{EffectName, Material, Scene, Sun, Surfaces};
@@ -33,6 +33,12 @@ pub(super) enum Sequence {
     Runs,
 }
 
+/// The number of the surface that a triangle is part of, and the triangle that stands for it; where surfaces are not
+/// `alike` each is a triangle.
+pub(super) fn patch(surfaces: &Surfaces, alike: bool, triangle: u32) -> (u32, u32) {
+    if alike { surfaces.patches.of(triangle) } else { (triangle, triangle) }
+}
+
 /// Everything that all tiles share.
 pub(super) struct Picture<'a> {
     pub(super) surfaces: &'a Surfaces,
@@ -46,7 +52,6 @@ pub(super) struct Picture<'a> {
     pub(super) surface_count: usize,
     pub(super) view: View,
     pub(super) positions: &'a [DVec3],
-    pub(super) cutout: Vec<bool>,
     pub(super) shader: Shader<'a>,
     pub(super) shadows: Option<ShadowSun<'a>>,
     pub(super) cells: Vec<LensCell>,
@@ -118,11 +123,6 @@ impl<'a> Picture<'a> {
             view = view.widened(diffraction.reach()).ok_or_else(bent_too_far)?;
         }
         let stop = || cancel.is_some_and(|flag| flag.load(Ordering::Relaxed));
-        let bins = Bins::new(level, &view, &cells, positions, &surfaces.triangles, &stop);
-        watch.lap(&mut stages.bin);
-        let cutout_materials: Vec<bool> = surfaces.materials.iter().map(Material::is_cutout).collect();
-        let cutout = surfaces.attributes.par_iter().map(|a| cutout_materials[a.material as usize]).collect();
-        let up = scene.up;
         let sun = scene.sun.as_ref().filter(|_| active.has(EffectName::Shadows)).map(|sun| Sun {
             angular_diameter: if active.has(EffectName::SoftShadows) {
                 sun.angular_diameter
@@ -131,12 +131,22 @@ impl<'a> Picture<'a> {
             },
             ..*sun
         });
-        let shadows = sun.and_then(|sun| ShadowSun::new(surfaces, positions, &sun, |v| frame.vector(v)));
         // Places on a surface must be exact for its shadows: patches that are not flat do not do.
-        let alike = scene.render.share_shading && (shadows.is_none() || surfaces.patches.are_flat());
+        let alike = scene.render.share_shading && (sun.is_none() || surfaces.patches.are_flat());
+        let cutout: Vec<bool> = surfaces.materials.iter().map(Material::is_cutout).collect();
+        let triangles = Triangles {
+            vertices: &surfaces.triangles,
+            surface: &|t| {
+                let material = surfaces.attributes[t as usize].material;
+                (patch(surfaces, alike, t).0, cutout[material as usize])
+            },
+        };
+        let bins = Bins::new(level, &view, &cells, positions, &triangles, &stop);
+        watch.lap(&mut stages.bin);
+        let shadows = sun.and_then(|sun| ShadowSun::new(surfaces, positions, &sun, |v| frame.vector(v)));
         // Below 16 samples a pixel hardly any would share, and displaced ones lie too far from each other.
         let shared = scene.render.share_shading && streams >= 16 && diffraction.is_none();
-        let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, up, |v| frame.vector(v));
+        let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, scene.up, |v| frame.vector(v));
         let falloff = active.has(EffectName::Falloff).then(|| Falloff::new(optics, &frame));
         let gain = libm::exp2(scene.render.exposure_ev) as f32;
         let highlights = match &diffraction {
@@ -156,7 +166,6 @@ impl<'a> Picture<'a> {
             },
             view,
             positions,
-            cutout,
             shader,
             shadows,
             cells,
