@@ -12,6 +12,7 @@ use super::{LANES, TILE};
 use fearless_simd::Level;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Triangles and vertices that a parallel task takes at a time; the result does not depend on it.
 const CHUNK: usize = 4096;
@@ -26,7 +27,7 @@ pub(crate) struct Triangles<'a> {
 
 /// A triangle that may be seen, with all that tiles ask of it: they come by in the order of depth, so each place more that
 /// they would have to look at is one that memory has to bring.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Candidate {
     /// Its number in the scene.
     pub triangle: u32,
@@ -144,14 +145,30 @@ impl Bins {
     }
 
     /// Fills `out` with the next candidates, nearest first, that may touch tile `(x, y)` as seen from its lens points, where
-    /// they are given.
+    /// they are given, and with their boxes from `cells`.
     pub(super) fn next(
         &self,
         tile: (u32, u32),
         cursor: &mut Cursor,
         lens: Option<&LensPoints>,
+        cells: &Range<usize>,
         out: &mut Waiting,
     ) {
+        let first = out.count;
+        self.places(tile, cursor, lens, out);
+        // They lie anywhere in memory: with nothing to decide in between, it brings many at once.
+        for at in first..out.count {
+            out.candidates[at] = self.candidates[out.places[at] as usize];
+        }
+        out.boxes.truncate(first * cells.len());
+        for place in &out.places[first..out.count] {
+            let start = *place as usize * self.cells;
+            out.boxes.extend_from_slice(&self.boxes[start + cells.start..start + cells.end]);
+        }
+    }
+
+    /// The places of the next candidates.
+    fn places(&self, tile: (u32, u32), cursor: &mut Cursor, lens: Option<&LensPoints>, out: &mut Waiting) {
         while out.count < LANES {
             let places = &mut out.places[out.count..];
             let found = self.lists.next(tile, cursor, places);
@@ -169,18 +186,16 @@ impl Bins {
             }
         }
     }
-
-    /// A candidate, and for each cell the pixels that it can reach from lens points there.
-    pub(crate) fn candidate(&self, place: u32) -> (&Candidate, &[PixelBox]) {
-        let first = place as usize * self.cells;
-        (&self.candidates[place as usize], &self.boxes[first..first + self.cells])
-    }
 }
 
 /// Candidates of one tile that are to be set up.
 #[derive(Default)]
 pub(super) struct Waiting {
-    pub places: [u32; LANES],
+    /// Where they are among all.
+    places: [u32; LANES],
+    pub candidates: [Candidate; LANES],
+    /// The boxes of each from the cells of the lens that are wanted.
+    pub boxes: Vec<PixelBox>,
     /// For each the batches that may see it, of the tile's first 64.
     pub batches: [u64; LANES],
     pub count: usize,
@@ -190,6 +205,17 @@ pub(super) struct Waiting {
     pub nearest: f32,
     /// Whether there are none after them.
     pub is_last: bool,
+}
+
+impl Waiting {
+    /// Moves a candidate to a place before it.
+    pub(super) fn replace(&mut self, to: usize, from: usize, cells: usize) {
+        if to != from {
+            self.candidates[to] = self.candidates[from];
+            self.batches[to] = self.batches[from];
+            self.boxes.copy_within(from * cells..(from + 1) * cells, to * cells);
+        }
+    }
 }
 
 /// What one task finds: candidates, their boxes and the tiles that they touch.

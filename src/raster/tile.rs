@@ -3,7 +3,7 @@
 //! Triangles are set up 16 at a time, and only when a batch comes to them: what lies behind all that the batches
 //! see, nearest corner and all, is never touched.
 
-use super::bin::{Bins, Waiting};
+use super::bin::{Bins, Candidate, Waiting};
 use super::bounds::PixelBox;
 use super::film::TileFilm;
 use super::kernel::{Opaque, Visits, cover};
@@ -133,28 +133,36 @@ impl TileScratch {
     /// because they touch nothing wanted, too, for the order of surfaces is the order of sums.
     fn pull(&mut self, geometry: &Geometry<'_>) {
         let lens = self.is_loose.then_some(&self.lens);
+        let cells = self.part.cells.len();
         let next = &mut self.next;
         (next.count, next.is_last) = (0, false);
         for turn in 0..MOST_TURNS {
             let first = next.count;
-            geometry.bins.next(self.part.tile, &mut self.cursor, lens, next);
+            geometry.bins.next(self.part.tile, &mut self.cursor, lens, &self.part.cells, next);
             let found = first..next.count;
             next.is_last = found.len() < LANES - first;
             next.count = first;
+            if turn == 0 {
+                next.nearest = next.candidates[0].nearest;
+            }
+            // As with candidates: all from memory at once. Those that this finds are new to the tile, or met by one before.
+            let mut met = [(0, 0); LANES];
+            for lane in found.clone() {
+                met[lane] = self.met[next.candidates[lane].surface as usize];
+            }
             for lane in found {
-                let place = next.places[lane];
-                let (candidate, boxes) = geometry.bins.candidate(place);
-                if turn == 0 && lane == 0 {
-                    next.nearest = candidate.nearest;
+                let Candidate { triangle, surface, .. } = next.candidates[lane];
+                if met[lane].0 != self.tiles {
+                    let now = &mut self.met[surface as usize];
+                    if now.0 != self.tiles {
+                        *now = (self.tiles, self.surfaces.len() as u32);
+                        self.surfaces.push(triangle);
+                    }
+                    met[lane] = *now;
                 }
-                let met = &mut self.met[candidate.surface as usize];
-                if met.0 != self.tiles {
-                    *met = (self.tiles, self.surfaces.len() as u32);
-                    self.surfaces.push(candidate.triangle);
-                }
-                if self.part.touches(boxes) {
-                    let to = next.count;
-                    (next.places[to], next.batches[to], next.ids[to]) = (place, next.batches[lane], met.1);
+                if self.part.touches(&next.boxes[lane * cells..(lane + 1) * cells]) {
+                    next.replace(next.count, lane, cells);
+                    next.ids[next.count] = met[lane].1;
                     next.count += 1;
                 }
             }
@@ -218,7 +226,6 @@ impl TileScratch {
 
     /// Sets up the triangles that wait.
     fn set_up(&mut self, level: Level, geometry: &Geometry<'_>, film: &TileFilm) {
-        let bins = geometry.bins;
         if self.blocks.len() == self.ready {
             self.blocks.push(Block::EMPTY);
         }
@@ -227,8 +234,7 @@ impl TileScratch {
         (block.imaged, block.near, block.cutout) = (0, 0, 0);
         // Farther from the tile's centre single precision does not place a corner as well as `scatter` assumes.
         let is_narrow = geometry.view.spread.iter().all(|&spread| spread < 2000.0);
-        for (lane, &place) in self.next.places.iter().take(self.next.count).enumerate() {
-            let (candidate, _) = bins.candidate(place);
+        for (lane, candidate) in self.next.candidates.iter().take(self.next.count).enumerate() {
             for (corner, &vertex) in corners.iter_mut().zip(&candidate.vertices) {
                 let place = geometry.positions[vertex as usize];
                 corner[0][lane] = place.x;
@@ -246,14 +252,14 @@ impl TileScratch {
         block.live &= (0xffff_u32 >> (LANES - self.next.count)) as u16;
 
         block.ids = self.next.ids;
-        let first = self.spans.len();
-        self.spans.resize(first + self.part.cells.len(), Spans::NONE);
+        let (first, cells) = (self.spans.len(), self.part.cells.len());
+        self.spans.resize(first + cells, Spans::NONE);
         let mut rest = block.live;
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize;
             rest &= rest - 1;
-            let (_, boxes) = bins.candidate(self.next.places[lane]);
-            for (spans, &pixels) in self.spans[first..].iter_mut().zip(&boxes[self.part.cells.clone()]) {
+            let boxes = &self.next.boxes[lane * cells..(lane + 1) * cells];
+            for (spans, &pixels) in self.spans[first..].iter_mut().zip(boxes) {
                 if let Some(blocks) = self.part.blocks(pixels) {
                     spans.blocks[lane] = blocks;
                     spans.some |= 1 << lane;
@@ -305,12 +311,12 @@ impl Part {
         Some([x0, x1, y0, y1])
     }
 
-    /// Whether what lies in these boxes, one for each cell of the lens, may touch anything that is wanted.
+    /// Whether what lies in these boxes, one for each of its cells of the lens, may touch anything that is wanted.
     fn touches(&self, boxes: &[PixelBox]) -> bool {
         if self.wanted == EVERYWHERE {
             return true;
         }
-        let all = boxes[self.cells.clone()].iter().copied().fold(PixelBox::EMPTY, PixelBox::union);
+        let all = boxes.iter().copied().fold(PixelBox::EMPTY, PixelBox::union);
         self.blocks(all).is_some_and(|blocks| wants(self.wanted, blocks))
     }
 }
