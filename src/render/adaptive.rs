@@ -44,7 +44,7 @@ pub(super) enum Timed {
 /// One in so many tiles is drawn first, to see how long the picture takes; of a small picture more, so that there are this
 /// many.
 const PILOT: usize = 11;
-const PILOT_TILES: usize = 24;
+const PILOT_TILES: usize = 12;
 
 /// Where so many times the pilot's samples are needed, it goes on to four times as many, to see how the error falls.
 const FAR: u32 = 8;

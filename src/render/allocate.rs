@@ -50,7 +50,7 @@ pub(super) fn cost(samples: u64, groups: u64, triangles: u64) -> f64 {
 
 /// What the samples of small first runs cost, in samples of a larger one: fewer of them lie close together, and a tile's
 /// triangles are set up for fewer.
-const SMALL: [(u32, f64); 2] = [(16, 1.7), (32, 1.25)];
+const SMALL: [(u32, f64); 2] = [(16, 1.8), (32, 1.3)];
 
 /// The same of a later round, whose runs are short.
 pub(super) const LATER: f64 = 1.5;
