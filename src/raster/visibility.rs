@@ -190,7 +190,24 @@ pub(crate) struct Group {
     pub lanes: u64,
 }
 
+/// The numbers of the batches that have any of these lanes, as in a group.
+#[inline(always)]
+pub(crate) fn batches_of(lanes: u64) -> impl Iterator<Item = usize> {
+    let mut rest = lanes;
+    std::iter::from_fn(move || {
+        let number = rest.trailing_zeros() as usize / LANES;
+        rest &= !(0xffff << (LANES * (number % BATCHES)));
+        (number < BATCHES).then_some(number)
+    })
+}
+
 impl Group {
+    /// The numbers of the batches that it has lanes of.
+    #[inline(always)]
+    pub(crate) fn batches(&self) -> impl Iterator<Item = usize> {
+        batches_of(self.lanes)
+    }
+
     /// Its lanes of batch `number`.
     #[inline(always)]
     pub(crate) fn lanes_of(&self, number: usize) -> u16 {

@@ -24,6 +24,8 @@ pub(super) struct TileScratch {
     /// The same by surface, and where the next of each surface goes.
     runs: Vec<Group>,
     next: Vec<u32>,
+    /// A run of which each group lies in one batch.
+    split: Vec<Group>,
     /// By place among the tile's surfaces; made when first asked for.
     looks: RefCell<Looks>,
     /// What stood before the sun last.
@@ -126,7 +128,7 @@ impl Picture<'_> {
         stop: &dyn Fn() -> bool,
     ) -> (Tally, usize) {
         let mut tally = Tally::default();
-        let TileScratch { raster, groups, runs, next, looks, last, sums: drawn } = scratch;
+        let TileScratch { raster, groups, runs, split, next, looks, last, sums: drawn } = scratch;
         let geometry = Geometry {
             view: &self.view,
             bins: &self.bins,
@@ -208,7 +210,6 @@ impl Picture<'_> {
                     raster.singles(batch, next, runs);
                 }
                 watch.lap(&mut tally.stages.group);
-                tally.requests += runs.len() as u64;
                 let samples = Samples {
                     batches,
                     means: &LaneSums::new(batches),
@@ -226,6 +227,14 @@ impl Picture<'_> {
                     let triangle = raster.surfaces().get(run[0].id as usize);
                     let looks = looks.get_mut();
                     let look = triangle.map(|&t| looks.get_or_make(run[0].id, || self.look(&film, t)));
+                    let run = match look {
+                        Some(look) if look.is_curved && batches.len() > 1 => {
+                            split_by_batch(run, split);
+                            &split[..]
+                        }
+                        _ => run,
+                    };
+                    tally.requests += run.len() as u64;
                     match (look, &sun) {
                         (Some(look), Some(sun)) => {
                             self.shader.shade_shadowed(self.level, look, (&samples, sun), run, last, drawn);
@@ -315,6 +324,16 @@ fn each_wanted<A, B>(wanted: u64, sums: &mut [A], drawn: &mut [B], with: impl Fn
         for (_, (sums, drawn)) in pixels.filter(|(x, _)| columns >> (x % 8) & 1 == 1) {
             sums.iter_mut().zip(drawn).for_each(|(sums, drawn)| with(sums, drawn));
         }
+    }
+}
+
+/// Divides groups into those of single batches. On a curved surface light and texture change together within the samples of
+/// four batches: their means alone made the mean of many pictures of the table top wrong by 0.24 of the error of 256 samples.
+fn split_by_batch(groups: &[Group], out: &mut Vec<Group>) {
+    out.clear();
+    for group in groups {
+        let parts = (0..BATCHES).map(|number| group.lanes & 0xffff << (LANES * number));
+        out.extend(parts.filter(|&lanes| lanes != 0).map(|lanes| Group { lanes, ..*group }));
     }
 }
 

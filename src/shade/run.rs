@@ -145,11 +145,8 @@ fn light_of_each<S: Simd>(
     let corner = samples.corner(group);
     let (toward, color) = shader.sun.unwrap_or((Vec3::ZERO, Vec3::ZERO));
     let mut sums = [0.0; 2];
-    for (number, batch) in samples.batches.iter().enumerate() {
-        let lanes = group.lanes_of(number);
-        if lanes == 0 {
-            continue;
-        }
+    for number in group.batches() {
+        let (lanes, Some(batch)) = (group.lanes_of(number), samples.batches.get(number)) else { continue };
         let at = Places {
             u: f32x16::load_array_ref(simd, &batch.u),
             v: f32x16::load_array_ref(simd, &batch.v),

@@ -3,7 +3,7 @@
 
 use super::Place;
 use crate::raster::view::{Batch, Pattern, from_center};
-use crate::raster::visibility::Group;
+use crate::raster::visibility::{Group, batches_of};
 use crate::raster::{BATCHES, LANES, TILE};
 use fearless_simd::{Simd, SimdBase, f32x16};
 use glam::{Vec2, Vec3, Vec4};
@@ -89,14 +89,11 @@ impl LaneSums {
     #[inline(always)]
     fn mean(&self, lanes: u64) -> Vec4 {
         let mut sum = Vec4::ZERO;
-        let mut rest = lanes;
-        for [a, b, c, d] in &self.sums {
-            let part = |sums: &[Vec4; 16], shift: u32| sums[(rest >> shift) as usize & 15];
+        for number in batches_of(lanes) {
+            let [a, b, c, d] = &self.sums[number % BATCHES];
+            let lanes = lanes >> (LANES * number);
+            let part = |sums: &[Vec4; 16], shift: u32| sums[(lanes >> shift) as usize & 15];
             sum += part(a, 0) + part(b, 4) + part(c, 8) + part(d, 12);
-            rest >>= LANES;
-            if rest == 0 {
-                break;
-            }
         }
         sum * INVERSE[lanes.count_ones() as usize % INVERSE.len()]
     }

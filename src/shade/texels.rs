@@ -166,8 +166,10 @@ impl<'a, S: Simd> Textured<'a, S> {
             rest &= rest - 1;
             let Some(group) = groups.get(i) else { continue };
             sparse[i] = group.lanes;
-            for (number, batch) in self.samples.batches.iter().enumerate().take(BATCHES) {
-                let lanes = group.lanes_of(number);
+            for number in group.batches() {
+                let (lanes, Some(batch)) = (group.lanes_of(number), self.samples.batches.get(number)) else {
+                    continue;
+                };
                 if lanes.count_ones() >= DENSE {
                     let at = self.places(simd, group, number);
                     let [even, odd] = gather::sums(simd, choice, at, lanes, batch.odd);
@@ -288,6 +290,7 @@ mod tests {
             anchor: [77, 200],
             normal: None,
             face: Vec3::Z,
+            is_curved: false,
             lit: [Vec3::ONE; 2],
             plane: None,
         };
