@@ -332,8 +332,7 @@ fn each_wanted<A, B>(wanted: u64, sums: &mut [A], drawn: &mut [B], with: impl Fn
 fn split_by_batch(groups: &[Group], out: &mut Vec<Group>) {
     out.clear();
     for group in groups {
-        let parts = (0..BATCHES).map(|number| group.lanes & 0xffff << (LANES * number));
-        out.extend(parts.filter(|&lanes| lanes != 0).map(|lanes| Group { lanes, ..*group }));
+        out.extend(group.batches().map(|number| group.part(number)));
     }
 }
 
