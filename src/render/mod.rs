@@ -8,6 +8,7 @@ mod frame;
 mod highlights;
 mod pattern;
 mod picture;
+mod progressive;
 mod resolve;
 mod room;
 mod stages;
