@@ -3,7 +3,8 @@
 //!
 //! What a block shows depends on its number of samples alone, so a list of these numbers makes the picture again.
 
-use super::allocate::{self, Block, Goal, LATER, USUAL_FALL, allocate, fall, first_work};
+use super::allocate::{self, Block, Forecast, Goal, TileBlocks, USUAL_FALL, allocate, fall};
+use super::base::{LATER, base, first_work};
 use super::picture::Picture;
 use super::progressive::Progressive;
 use super::resolve::BLOCKS;
@@ -23,6 +24,10 @@ const MARGIN: f64 = 0.97;
 /// What a round aims at, as a part of the squared error that is to be reached: falling short by little costs another round.
 const AIM: f64 = 0.97;
 
+/// How errors fall where the first round goes on. Blocks that get more are those whose error was large, some of them by
+/// chance: 1.16 to 1.47 on four scenes.
+const ROUNDS_FALL: f64 = 1.25;
+
 /// How many standard deviations of the estimate are kept from the goal. A block's squared error is taken to be as
 /// uncertain as it is large.
 const DEVIATIONS: f64 = 1.6;
@@ -36,7 +41,7 @@ pub(super) enum Timed {
 
 /// One in so many tiles is drawn first, to see how long the picture takes; of a small picture more, so that there are this
 /// many.
-const PILOT: usize = 11;
+const PILOT: usize = 41;
 const PILOT_TILES: usize = 12;
 
 /// Where so many times the pilot's samples are needed, it goes on to four times as many, to see how the error falls.
@@ -100,30 +105,30 @@ impl Progressive<'_> {
     fn until_error(&mut self, error: f64, execution: &Execution<'_>) -> Result<()> {
         let columns = self.samples.columns_and_rows().0 as usize;
         let entries = self.entries_per_pixel();
-        let mut pilot = self.pilot(execution)?;
-        let seen: f64 = pilot.iter().map(|block| f64::from(block.pixels)).sum();
-        let goal = Goal::Error(MARGIN * MARGIN * error * error * 3.0 * seen);
+        self.pilot(FIRST_RUN, execution)?;
+        let mut pilot = self.pilot_tiles();
+        let goal = MARGIN * MARGIN * error * error * 3.0 * pixels(&pilot);
         let mut falling = USUAL_FALL;
-        let mut base = allocate::base(&pilot, goal, falling, MOST_FOR_ERROR, entries);
-        if base >= FAR * FIRST_RUN {
-            let wanted: Vec<u32> = self.blocks().iter().map(|block| 4 * block.samples).collect();
-            self.round(&wanted, execution, &|| false)?;
-            let more = self.seen_blocks();
-            falling = fall(&pilot, &more);
+        let mut first = base(&pilot, Goal::Error(goal), falling, MOST_FOR_ERROR, entries);
+        if first >= FAR * FIRST_RUN {
+            self.pilot(4 * FIRST_RUN, execution)?;
+            let more = self.pilot_tiles();
+            let blocks = |tiles: &[TileBlocks]| tiles.iter().flat_map(TileBlocks::blocks).collect::<Vec<_>>();
+            falling = fall(&blocks(&pilot), &blocks(&more)).unwrap_or(falling);
             pilot = more;
-            base = allocate::base(&pilot, goal, falling, MOST_FOR_ERROR, entries);
+            first = base(&pilot, Goal::Error(goal), falling, MOST_FOR_ERROR, entries);
         }
-        self.begin(base, execution)?;
-        let mut before = Vec::<Block>::new();
+        self.clear(first);
+        self.pilot(first, execution)?;
+        let forecast = Forecast::new(&self.pilot_tiles(), Goal::Error(goal), ROUNDS_FALL, MOST_FOR_ERROR);
+        let mut before = self.first_round(&forecast, execution)?;
         loop {
             let goal = MARGIN * MARGIN * error * error * self.picture.values() / (1.0 + self.uncertainty());
             if self.squared_error() <= goal {
                 return Ok(());
             }
             let blocks = self.blocks();
-            if !before.is_empty() {
-                falling = fall(&before, &blocks);
-            }
+            falling = fall(&before, &blocks).unwrap_or(falling);
             let mut wanted = allocate(&blocks, columns, Goal::Error(AIM * goal), falling, MOST_FOR_ERROR);
             if wanted.iter().zip(&blocks).all(|(&wanted, block)| wanted <= block.samples) {
                 // What was predicted is there and was not enough: ask for less, or be at the limit.
@@ -137,15 +142,32 @@ impl Progressive<'_> {
         }
     }
 
-    /// Draws the first run in some tiles, which tell how long the picture takes and where its error is.
-    fn pilot(&mut self, execution: &Execution<'_>) -> Result<Vec<Block>> {
-        let tiles_x = self.picture.bins.tiles_x as usize;
-        let stride = (self.picture.tiles() / PILOT_TILES).clamp(1, PILOT);
-        let is_pilot =
-            |x: u32, y: u32| ((y / BLOCKS) as usize * tiles_x + (x / BLOCKS) as usize).is_multiple_of(stride);
-        let wanted = self.by_block(|x, y| if is_pilot(x, y) { FIRST_RUN } else { 0 });
-        self.round(&wanted, execution, &|| false)?;
-        Ok(self.seen_blocks())
+    /// Whether a tile is one of those that tell how long the picture takes and where its error is.
+    fn is_pilot(&self, x: u32, y: u32) -> bool {
+        is_pilot(self.picture.tiles(), x, y)
+    }
+
+    /// Draws so many samples in these tiles.
+    fn pilot(&mut self, samples: u32, execution: &Execution<'_>) -> Result<()> {
+        let wanted = self.by_block(|x, y| if self.is_pilot(x / BLOCKS, y / BLOCKS) { samples } else { 0 });
+        self.round(&wanted, execution, &|| false)
+    }
+
+    /// These tiles.
+    fn pilot_tiles(&self) -> Vec<TileBlocks> {
+        let (columns, rows) = self.samples.columns_and_rows();
+        let blocks = self.blocks();
+        let (tiles_x, tiles_y) = (columns.div_ceil(BLOCKS), rows.div_ceil(BLOCKS));
+        let tiles = (0..tiles_y).flat_map(|y| (0..tiles_x).map(move |x| (x, y)));
+        tiles
+            .filter(|&(x, y)| self.is_pilot(x, y))
+            .map(|(tx, ty)| {
+                let (right, bottom) = ((tx * BLOCKS + BLOCKS).min(columns), (ty * BLOCKS + BLOCKS).min(rows));
+                let places = (ty * BLOCKS..bottom).flat_map(|y| (tx * BLOCKS..right).map(move |x| (x, y)));
+                let tile = places.map(|(x, y)| blocks[(y * columns + x) as usize]).collect();
+                TileBlocks::new(tile, (right - tx * BLOCKS) as usize)
+            })
+            .collect()
     }
 
     /// Entries of the tiles' bins for each pixel: how dear it is to begin a tile again.
@@ -161,8 +183,9 @@ impl Progressive<'_> {
         let pixels = self.pixels();
         let begun = clock();
         let entries = self.entries_per_pixel();
-        let pilot = self.pilot(execution)?;
-        let seen: f64 = pilot.iter().map(|block| f64::from(block.pixels)).sum();
+        self.pilot(FIRST_RUN, execution)?;
+        let pilot = self.pilot_tiles();
+        let seen = self::pixels(&pilot);
         let took = (clock() - begun).max(1e-9);
         let left = end - clock();
         let rest = took * (pixels - seen) / seen;
@@ -171,11 +194,14 @@ impl Progressive<'_> {
             return Ok(Some(few.map_or(1, |&(samples, _)| samples)));
         }
         // Of a larger first run more samples are drawn in a time; what is left over goes into rounds.
-        let goal = Goal::Work(left / took * first_work(&pilot, FIRST_RUN) * seen / pixels);
-        let base = allocate::base(&pilot, goal, USUAL_FALL, allocate::MOST_FOR_TIME, entries);
+        let goal = Goal::Work(
+            left / took * first_work(pilot.iter().flat_map(TileBlocks::blocks), FIRST_RUN) * seen / pixels,
+        );
+        let base = base(&pilot, goal, USUAL_FALL, allocate::MOST_FOR_TIME, entries);
         let begun = clock();
-        self.begin(base, execution)?;
-        let mut rate = first_work(&self.blocks(), base) / (clock() - begun).max(1e-9) / LATER;
+        self.clear(base);
+        self.round(&vec![base; self.errors.len()], execution, &|| false)?;
+        let mut rate = first_work(self.blocks(), base) / (clock() - begun).max(1e-9) / LATER;
         // A round takes what its predecessor's speed says, the first no more than a third of what is left: its errors
         // tell better where the rest should go.
         let mut share = 0.35;
@@ -200,6 +226,41 @@ impl Progressive<'_> {
             self.round(&wanted, execution, &late)?;
             rate = planned / (clock() - begun).max(1e-9);
             share = 0.9;
+        }
+    }
+}
+
+/// How many pixels these tiles have.
+fn pixels(tiles: &[TileBlocks]) -> f64 {
+    tiles.iter().flat_map(TileBlocks::blocks).map(|block| f64::from(block.pixels)).sum()
+}
+
+/// Whether the tile in this column and row is one of the pilot's, of so many tiles.
+fn is_pilot(tiles: usize, x: u32, y: u32) -> bool {
+    let stride = (tiles / PILOT_TILES).clamp(1, PILOT) as u32;
+    // Each row begins elsewhere (by the golden section), or they might all lie below one another.
+    let shift = (stride * 382 + 500) / 1000;
+    (x + y * shift).is_multiple_of(stride)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_pilot_sees_every_part_of_the_picture() {
+        for (columns, rows) in [(1, 1), (3, 2), (10, 8), (20, 16), (40, 32), (41, 41), (82, 30), (375, 300)] {
+            let all = || (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
+            let of = |x: u32, y: u32| is_pilot((columns * rows) as usize, x, y);
+            let count = all().filter(|&(x, y)| of(x, y)).count() as u32;
+            assert!(count >= 1 && count <= (columns * rows / 30).max(24), "{columns} {rows}: {count}");
+            // None is farther from one than a twelfth of all, laid out in a square, is wide, nor than seven tiles.
+            let far = (f64::from(columns * rows) / 12.0).sqrt().clamp(1.0, 6.4).ceil() as i64;
+            for (x, y) in all() {
+                let near = |at: u32| (i64::from(at) - far).max(0) as u32..=(i64::from(at) + far) as u32;
+                let found = near(y).any(|y| near(x).any(|x| x < columns && y < rows && of(x, y)));
+                assert!(found || columns * rows < 12, "{columns} {rows}: {x} {y}");
+            }
         }
     }
 }

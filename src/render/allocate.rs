@@ -48,95 +48,11 @@ pub(super) fn cost(samples: u64, groups: u64, triangles: u64) -> f64 {
     SAMPLE + (GROUP * groups as f64 + TRIANGLE * triangles as f64) / samples.max(1) as f64
 }
 
-/// What the samples of small first runs cost, in samples of a larger one: fewer of them lie close together, and a tile's
-/// triangles are set up for fewer.
-const SMALL: [(u32, f64); 2] = [(16, 1.8), (32, 1.3)];
-
-/// The same of a later round, whose runs are short.
-pub(super) const LATER: f64 = 1.5;
-
-/// What a later round costs beside its samples, in samples of every pixel: of itself, and for each entry of a tile's bin.
-const ROUND: f64 = 2.0;
-const ROUND_ENTRY: f64 = 5.0;
-
-/// Rounds that it takes to get from a base to an error, about.
-const ROUNDS: f64 = 3.0;
-
-/// A base may take so many times the samples of the one that takes fewest, to save time.
-const SPARE: f64 = 1.15;
-
-/// Blocks that a base is chosen by.
-const ENOUGH_BLOCKS: usize = 512;
-
 impl Block {
     /// What so many samples of its pixels take.
     pub(super) fn work(&self, samples: u32) -> f64 {
         f64::from(self.pixels) * self.cost * f64::from(samples)
     }
-}
-
-/// What `base` samples of every pixel, drawn at once, take.
-pub(super) fn first_work(blocks: &[Block], base: u32) -> f64 {
-    let small = SMALL.iter().find(|(small, _)| *small == base).map_or(1.0, |(_, cost)| *cost);
-    small * blocks.iter().map(|block| block.work(base)).sum::<f64>()
-}
-
-/// How many samples all pixels should get at once, by what the first run found in some blocks: where the error is much the
-/// same everywhere, rounds cost more than they save, and `goal`, for these blocks alone, is best reached in one. Where it
-/// is not, samples are saved for an error even if that takes longer, as it does on small pictures of many triangles.
-pub(super) fn base(blocks: &[Block], goal: Goal, fall: f64, most: u32, entries_per_pixel: f64) -> u32 {
-    let round = ROUND + ROUND_ENTRY * entries_per_pixel;
-    let stride = blocks.len().div_ceil(ENOUGH_BLOCKS).max(1);
-    let few: Vec<Block> = blocks.iter().step_by(stride).copied().collect();
-    let pixels: f64 = few.iter().map(|block| f64::from(block.pixels)).sum();
-    let part = few.len() as f64 / blocks.len().max(1) as f64;
-    let goal = match goal {
-        Goal::Error(error) => Goal::Error(error * part),
-        Goal::Work(work) => Goal::Work(work * part),
-    };
-    let round = round * few.iter().map(|block| block.work(1)).sum::<f64>();
-    let levels = Levels::new(most, fall);
-    // The price of a base (work for an error, or an error for work), and for an error the samples that it takes.
-    let price = |base: u32| {
-        let raised = |block: &Block| {
-            let falls = libm::pow(f64::from(block.samples.max(1)) / f64::from(base), fall);
-            Block { samples: base, error: block.error * falls, ..*block }
-        };
-        let all: Vec<Block> = few.iter().map(raised).collect();
-        let error: f64 = all.iter().map(|block| block.error).sum();
-        let (samples, work) = (f64::from(base) * pixels, first_work(&few, base));
-        // Samples, work and error of what comes after.
-        let more = |goal: Goal| {
-            // Blocks from all over the picture are no neighbours.
-            let errors = all.iter().map(|block| block.error).collect();
-            let wanted = spread(&all, errors, goal, &levels, u32::MAX);
-            all.iter().zip(wanted).fold([0.0; 3], |[samples, work, error], (block, wanted)| {
-                let more = wanted - base;
-                let falls = libm::pow(f64::from(base) / f64::from(wanted), fall);
-                let samples = samples + f64::from(block.pixels) * f64::from(more);
-                [samples, work + block.work(more), error + block.error * falls]
-            })
-        };
-        match goal {
-            Goal::Error(goal) if error <= goal => (work, samples),
-            Goal::Error(goal) => {
-                let [more_samples, more_work, _] = more(Goal::Error(goal));
-                (work + LATER * more_work + ROUNDS * round, samples + more_samples)
-            }
-            Goal::Work(given) if work > given => (f64::INFINITY, 0.0),
-            Goal::Work(given) => {
-                let left = given - work - round;
-                (if left > 0.0 { more(Goal::Work(left / LATER))[2].min(error) } else { error }, 0.0)
-            }
-        }
-    };
-    // Halves of a doubling are left to the rounds.
-    let candidates: Vec<u32> =
-        Run::between(0, most).map(Run::end).filter(|end| end.is_power_of_two() && *end <= most).collect();
-    let prices: Vec<(f64, f64)> = candidates.iter().map(|&base| price(base)).collect();
-    let fewest = prices.iter().map(|price| price.1).fold(f64::INFINITY, f64::min);
-    let allowed = candidates.iter().zip(&prices).filter(|(_, price)| price.1 <= SPARE * fewest);
-    allowed.min_by(|a, b| a.1.0.total_cmp(&b.1.0)).map_or(runs::FIRST_RUN, |(&base, _)| base)
 }
 
 /// The number of samples that each block, row by row in `columns`, is to have; `most` at most.
@@ -145,40 +61,90 @@ pub(super) fn allocate(blocks: &[Block], columns: usize, goal: Goal, fall: f64, 
     spread(blocks, smoothed(blocks, columns, &levels), goal, &levels, MOST_GROWTH)
 }
 
+/// What blocks are to have, by what was found in some tiles of the picture.
+pub(super) struct Forecast {
+    levels: Levels,
+    factor: f64,
+}
+
+/// The blocks of a tile, row by row.
+pub(super) struct TileBlocks {
+    blocks: Vec<Block>,
+    columns: usize,
+}
+
+impl TileBlocks {
+    pub(super) fn new(blocks: Vec<Block>, columns: usize) -> Self {
+        Self { blocks, columns }
+    }
+
+    pub(super) fn blocks(&self) -> impl Iterator<Item = Block> {
+        self.blocks.iter().copied()
+    }
+
+    /// See [`smoothed`].
+    pub(super) fn smoothed(&self, levels: &Levels) -> Vec<f64> {
+        smoothed(&self.blocks, self.columns, levels)
+    }
+}
+
+impl Forecast {
+    /// That the blocks of these `tiles` reach `goal`.
+    pub(super) fn new(tiles: &[TileBlocks], goal: Goal, fall: f64, most: u32) -> Self {
+        let levels = Levels::new(most, fall);
+        let errors = tiles.iter().flat_map(|tile| tile.smoothed(&levels)).collect();
+        let blocks: Vec<Block> = tiles.iter().flat_map(TileBlocks::blocks).collect();
+        let keys = levels.keys(&blocks, errors);
+        Self { factor: factor(&blocks, &keys, goal, &levels), levels }
+    }
+
+    /// For the blocks of a tile.
+    pub(super) fn wanted(&self, tile: &TileBlocks) -> Vec<u32> {
+        let keys = self.levels.keys(&tile.blocks, tile.smoothed(&self.levels));
+        self.levels.shares(&tile.blocks, &keys, self.factor, MOST_GROWTH)
+    }
+}
+
 /// As [`allocate`], by these `errors` of the blocks.
-fn spread(blocks: &[Block], errors: Vec<f64>, goal: Goal, levels: &Levels, growth: u32) -> Vec<u32> {
-    let keys: Vec<Key> =
-        errors.into_iter().zip(blocks).map(|(e, block)| levels.key(block, e, growth)).collect();
-    let wanted =
-        |block: &Block, key: &Key, factor: f64| levels.samples[levels.wanted(key, factor)].max(block.samples);
-    // The sums grow (work) or fall (error) with the factor: halve the range of its logarithm, down to a millionth.
+pub(super) fn spread(
+    blocks: &[Block],
+    errors: Vec<f64>,
+    goal: Goal,
+    levels: &Levels,
+    growth: u32,
+) -> Vec<u32> {
+    let keys = levels.keys(blocks, errors);
+    levels.shares(blocks, &keys, factor(blocks, &keys, goal, levels), growth)
+}
+
+/// What each block's weight is to be multiplied by, so that all reach `goal`.
+fn factor(blocks: &[Block], keys: &[Key], goal: Goal, levels: &Levels) -> f64 {
+    // The sums grow (work) or fall (error) with the factor: halve the range of its logarithm, down to a thousandth.
     let (mut low, mut high) = (-40.0f64, 120.0f64);
-    for _ in 0..28 {
+    for _ in 0..18 {
         let middle = 0.5 * (low + high);
         let factor = libm::exp2(middle);
         let enough = match goal {
             Goal::Error(error) => {
-                let left = |(block, key): (&Block, &Key)| {
-                    block.error * levels.powers[levels.wanted(key, factor)] / levels.powers[key.now]
-                };
-                blocks.iter().zip(&keys).map(left).sum::<f64>() <= error
+                let left = |key: &Key| key.at_one * levels.powers[levels.wanted(key, factor)];
+                keys.iter().map(left).sum::<f64>() <= error
             }
             Goal::Work(work) => {
+                let samples = |key: &Key| levels.samples[levels.wanted(key, factor)];
                 let more =
-                    |(block, key): (&Block, &Key)| block.work(wanted(block, key, factor) - block.samples);
-                blocks.iter().zip(&keys).map(more).sum::<f64>() >= work
+                    |(block, key): (&Block, &Key)| block.work(samples(key).saturating_sub(block.samples));
+                blocks.iter().zip(keys).map(more).sum::<f64>() >= work
             }
         };
         if enough { high = middle } else { low = middle }
     }
     // An error is to be reached, an amount of work not exceeded.
-    let factor = libm::exp2(if matches!(goal, Goal::Error(_)) { high } else { low });
-    blocks.iter().zip(&keys).map(|(block, key)| wanted(block, key, factor)).collect()
+    libm::exp2(if matches!(goal, Goal::Error(_)) { high } else { low })
 }
 
 /// The numbers of samples that a block may have, in a table: a picture has tens of thousands of blocks, and each is asked
 /// some forty times.
-struct Levels {
+pub(super) struct Levels {
     samples: Vec<u32>,
     /// What is left at each of the squared error at one sample.
     powers: Vec<f64>,
@@ -191,14 +157,15 @@ struct Levels {
 struct Key {
     /// What its number of samples is to be proportional to.
     weight: f64,
-    /// Its own level, and the highest that it may reach now.
+    /// Its squared error at one sample.
+    at_one: f64,
+    /// Its own level.
     now: usize,
-    last: usize,
 }
 
 impl Levels {
     /// 16 at least.
-    fn new(most: u32, fall: f64) -> Self {
+    pub(super) fn new(most: u32, fall: f64) -> Self {
         let reached = Run::between(0, most).map(Run::end).take_while(|&end| end <= most);
         let samples: Vec<u32> = reached.chain((most < runs::FIRST_RUN).then_some(runs::FIRST_RUN)).collect();
         let powers = samples.iter().map(|&n| libm::pow(f64::from(n), -fall)).collect();
@@ -210,26 +177,41 @@ impl Levels {
         self.samples.partition_point(|&n| n < samples).min(self.samples.len() - 1)
     }
 
-    /// For a block with this squared error, which may get `growth` times the samples that it has.
-    fn key(&self, block: &Block, error: f64, growth: u32) -> Key {
+    /// For a block whose share goes by this squared error.
+    fn key(&self, block: &Block, error: f64) -> Key {
         let now = self.level(block.samples);
         let at_one = error / f64::from(block.pixels.max(1)) / self.powers[now];
         let weight = libm::pow(at_one.max(0.0) / block.cost.sqrt(), self.exponent);
-        let most = block.samples.saturating_mul(growth);
-        let last = self.samples.partition_point(|&n| n <= most).saturating_sub(1).max(now);
-        Key { weight, now, last }
+        Key { weight, at_one: block.error / self.powers[now], now }
+    }
+
+    fn keys(&self, blocks: &[Block], errors: Vec<f64>) -> Vec<Key> {
+        errors.into_iter().zip(blocks).map(|(error, block)| self.key(block, error)).collect()
+    }
+
+    /// What blocks get, each at most `growth` times what it has. (That others make up for those that may not get all would
+    /// take half as many samples again for the error of 256 on the city.)
+    fn shares(&self, blocks: &[Block], keys: &[Key], factor: f64, growth: u32) -> Vec<u32> {
+        let share = |(block, key): (&Block, &Key)| {
+            let most = block.samples.saturating_mul(growth);
+            let last = self.samples.partition_point(|&n| n <= most).saturating_sub(1).max(key.now);
+            self.samples[self.wanted(key, factor).min(last)].max(block.samples)
+        };
+        blocks.iter().zip(keys).map(share).collect()
     }
 
     /// The level that is nearest to a block's share.
     fn wanted(&self, key: &Key, factor: f64) -> usize {
         let share = key.weight * factor;
-        self.ends.partition_point(|&end| end <= share).clamp(key.now, key.last)
+        self.ends.partition_point(|&end| end <= share).clamp(key.now, self.samples.len() - 1)
     }
 }
 
-/// How errors fell from `before` to `after`, as the exponent that explains the sum of all that got more samples.
-pub(super) fn fall(before: &[Block], after: &[Block]) -> f64 {
+/// How errors fell from `before` to `after`, as the exponent that explains the sum of all that got more samples; none where
+/// none did.
+pub(super) fn fall(before: &[Block], after: &[Block]) -> Option<f64> {
     let moved = || before.iter().zip(after).filter(|(before, after)| after.samples > before.samples);
+    moved().next()?;
     let found: f64 = moved().map(|(_, after)| after.error).sum();
     let expected = |fall: f64| -> f64 {
         let ratio = |a: u32, b: u32| libm::pow(f64::from(a) / f64::from(b), fall);
@@ -240,7 +222,7 @@ pub(super) fn fall(before: &[Block], after: &[Block]) -> f64 {
         let middle = 0.5 * (low + high);
         if expected(middle) > found { low = middle } else { high = middle }
     }
-    low
+    Some(low)
 }
 
 /// Each block's error, half its own and half the mean of the nine about it: two halves may agree by chance, and a block
@@ -287,6 +269,28 @@ mod tests {
     }
 
     #[test]
+    fn a_forecast_gives_its_own_tiles_what_they_need() {
+        let tile = |scale: f64| {
+            let blocks = (0..16).map(|i| block(scale * f64::from(1 + i % 3))).collect();
+            TileBlocks::new(blocks, 4)
+        };
+        let tiles = [tile(0.1), tile(1.0), tile(0.0)];
+        let error = |tile: &TileBlocks, samples: &[u32]| -> f64 {
+            let falls = |n: u32| libm::pow(16.0 / f64::from(n), 1.25);
+            tile.blocks().zip(samples).map(|(block, &n)| block.error * falls(n)).sum()
+        };
+        let forecast = Forecast::new(&tiles, Goal::Error(12.0), 1.25, 1 << 20);
+        let wanted = tiles.each_ref().map(|tile| forecast.wanted(tile));
+        let reached: f64 = tiles.iter().zip(&wanted).map(|(tile, wanted)| error(tile, wanted)).sum();
+        assert!((9.0..=12.0).contains(&reached), "{reached}");
+        assert!(wanted[1].iter().zip(&wanted[0]).all(|(more, less)| more > less), "{wanted:?}");
+        assert!(wanted[2].iter().all(|&n| n == 16), "{wanted:?}");
+        // However much is wanted, so few samples are trusted no further.
+        let forecast = Forecast::new(&tiles, Goal::Error(0.001), 1.25, 1 << 20);
+        assert!(forecast.wanted(&tiles[1]).iter().all(|&n| n == 16 * MOST_GROWTH));
+    }
+
+    #[test]
     fn of_two_alike_the_cheaper_gets_more() {
         let blocks: Vec<Block> =
             (0..64).map(|i| Block { cost: if i < 32 { 5.0 } else { 50.0 }, ..block(1.0) }).collect();
@@ -307,7 +311,7 @@ mod tests {
     #[test]
     fn the_nearest_number_is_nearest_by_ratio() {
         let levels = Levels::new(runs::MOST_SAMPLES, 1.5);
-        let key = Key { weight: 1.0, now: 0, last: levels.samples.len() - 1 };
+        let key = Key { weight: 1.0, at_one: 1.0, now: 0 };
         let found =
             [0.0, 22.0, 23.0, 78.0, 79.0, 1e9].map(|share| levels.samples[levels.wanted(&key, share)]);
         assert_eq!(found, [16, 16, 32, 64, 64, runs::MOST_SAMPLES]);

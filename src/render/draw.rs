@@ -6,7 +6,7 @@ use super::stages::{Stages, Stopwatch};
 use crate::raster::film::TileFilm;
 use crate::raster::tile::{Geometry, Part};
 use crate::raster::view::{Batch, Pattern, from_center};
-use crate::raster::visibility::{Group, NOTHING, REGION};
+use crate::raster::visibility::{EVERYWHERE, Group, NOTHING, REGION};
 use crate::raster::{self, BATCHES, LANES, TILE};
 use crate::sampling;
 use crate::sampling::runs::Run;
@@ -81,6 +81,17 @@ pub(super) struct Step {
     pub wanted: u64,
 }
 
+/// Which steps the triangles of a tile are set up for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum SetUp {
+    /// For those that are drawn now, and no other.
+    Now,
+    /// For these and any that follow.
+    Ahead,
+    /// They were, by the last call, ahead.
+    Before,
+}
+
 /// Samples of a batch in a region of 4 x 4 pixels.
 const REGION_SAMPLES: u64 = (LANES * REGION * REGION) as u64;
 
@@ -122,7 +133,7 @@ impl Picture<'_> {
         &self,
         scratch: &mut TileScratch,
         tile: (u32, u32),
-        steps: &[Step],
+        (steps, set_up): (&[Step], SetUp),
         sums: &mut Vec<[Vec3; 2]>,
         mut watch: Stopwatch<'_>,
         stop: &dyn Fn() -> bool,
@@ -154,8 +165,11 @@ impl Picture<'_> {
         let part = Part {
             tile,
             block,
-            cells: self.cells_of(steps),
-            wanted: steps.iter().fold(0, |wanted, step| wanted | step.wanted),
+            cells: if set_up == SetUp::Ahead { 0..self.cells.len() } else { self.cells_of(steps) },
+            wanted: match set_up {
+                SetUp::Ahead => EVERYWHERE,
+                _ => steps.iter().fold(0, |wanted, step| wanted | step.wanted),
+            },
         };
         for (done, step) in steps.iter().enumerate() {
             drawn.resize(sums.len(), [Vec4::ZERO; 2]);
@@ -169,7 +183,7 @@ impl Picture<'_> {
                 pattern = diffraction.displace(&self.view, tile, &pattern);
             }
             // What is set up serves all steps, but not where it is what this step's lens points see.
-            if done == 0 || self.bins.are_loose() {
+            if (done == 0 && set_up != SetUp::Before) || self.bins.are_loose() {
                 raster.prepare(&geometry, part.clone(), &pattern);
                 looks.get_mut().clear();
             }

@@ -96,8 +96,8 @@ impl Highlights {
     }
 
     /// Raises the squared errors of a tile's blocks, each a sum over pixels and channels, to what unseen lights may add. Tells
-    /// how many were raised.
-    pub(super) fn raise(&self, (tx, ty): (u32, u32), samples: &ByBlock<u32>, resolved: &mut Resolved) -> u32 {
+    /// which were raised.
+    pub(super) fn raise(&self, (tx, ty): (u32, u32), samples: &ByBlock<u32>, resolved: &mut Resolved) -> u16 {
         let mut raised = 0;
         let pixels = f64::from(BLOCK * BLOCK);
         for (block, error) in resolved.squared.iter_mut().enumerate() {
@@ -117,7 +117,7 @@ impl Highlights {
             let least = 3.0 * pixels * expected_error(n * light.share, mean);
             if least > *error {
                 *error = least;
-                raised += 1;
+                raised |= 1 << block;
             }
         }
         raised

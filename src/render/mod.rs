@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod allocate;
+mod base;
 mod diffraction;
 mod draw;
 mod frame;
@@ -12,6 +13,7 @@ mod progressive;
 mod resolve;
 mod room;
 mod stages;
+mod tile_round;
 mod uniform;
 
 pub use adaptive::MOST_FOR_ERROR;

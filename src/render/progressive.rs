@@ -2,18 +2,17 @@
 //!
 //! What a block shows depends on its number of samples alone, so a list of these numbers makes the picture again.
 
-use super::allocate::{Block, cost};
-use super::draw::{Step, TILES_AT_ONCE, Tally};
-use super::pattern::Splits;
+use super::allocate::{Block, Forecast};
+use super::draw::{SetUp, TILES_AT_ONCE};
 use super::picture::Picture;
 use super::resolve::{BLOCKS, ByBlock};
-use super::stages::Stopwatch;
+use super::tile_round::{Drawn, TileRound};
 use super::uniform::zeroed;
 use super::{Counts, Execution, cancelled, done, stopped};
 use crate::error::Result;
-use crate::picture::{Allocation, BLOCK, BlockSamples, Exposure};
+use crate::picture::{Allocation, BlockSamples, Exposure};
 use crate::raster::TILE;
-use crate::sampling::runs::{FIRST_RUN, Run};
+use crate::sampling::runs::FIRST_RUN;
 use glam::Vec3;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -27,6 +26,8 @@ pub(super) struct Progressive<'a> {
     pub errors: Vec<f64>,
     /// What a sample takes in each tile, as its first run found: see [`allocate::cost`].
     costs: Vec<f64>,
+    /// In each tile the blocks that may have missed a light.
+    unseen: Vec<u16>,
     counts: Counts,
 }
 
@@ -39,7 +40,8 @@ impl<'a> Progressive<'a> {
         let (columns, rows) = samples.columns_and_rows();
         let errors = zeroed(columns as usize * rows as usize, 0.0)?;
         let costs = zeroed(tiles, 0.0)?;
-        Ok(Self { picture, sums: vec![Vec::new(); tiles], samples, errors, costs, counts })
+        let unseen = zeroed(tiles, 0)?;
+        Ok(Self { picture, sums: vec![Vec::new(); tiles], samples, errors, costs, unseen, counts })
     }
 
     /// A number for each block of the picture.
@@ -49,10 +51,9 @@ impl<'a> Progressive<'a> {
     }
 
     pub(super) fn blocks(&self) -> Vec<Block> {
-        let (width, height) = self.samples.size();
         let (columns, _) = self.samples.columns_and_rows();
         self.by_block(|x, y| Block {
-            pixels: BLOCK.min(width - x * BLOCK) * BLOCK.min(height - y * BLOCK),
+            pixels: self.picture.block_pixels(x, y),
             samples: self.samples.get(x, y),
             error: self.errors[(y * columns + x) as usize],
             cost: self.costs[(y / BLOCKS * self.picture.bins.tiles_x + x / BLOCKS) as usize],
@@ -64,21 +65,16 @@ impl<'a> Progressive<'a> {
         self.errors.iter().sum()
     }
 
-    /// Those that have samples.
-    pub(super) fn seen_blocks(&self) -> Vec<Block> {
-        self.blocks().into_iter().filter(|block| block.samples > 0).collect()
-    }
-
-    /// Begins again with so many samples at once for every pixel.
-    pub(super) fn begin(&mut self, base: u32, execution: &Execution<'_>) -> Result<()> {
+    /// Begins again with first runs of `base` samples, unless it has such.
+    pub(super) fn clear(&mut self, base: u32) {
         if base != self.samples.base() {
             let (width, height) = self.samples.size();
             self.samples = BlockSamples::new(width, height, base);
             self.sums.iter_mut().for_each(Vec::clear);
             self.errors.fill(0.0);
             self.costs.fill(0.0);
+            self.unseen.fill(0);
         }
-        self.round(&vec![base; self.errors.len()], execution, &|| false)
     }
 
     pub(super) fn pixels(&self) -> f64 {
@@ -92,12 +88,33 @@ impl<'a> Progressive<'a> {
         execution: &Execution<'_>,
         late: &(dyn Fn() -> bool + Sync),
     ) -> Result<()> {
-        let (columns, rows) = self.samples.columns_and_rows();
+        self.draw(wanted, None, execution, late).map(|_| ())
+    }
+
+    /// Gives each block the first run and, while its tile's triangles are set up, what `forecast` says from there. Tells what
+    /// the blocks were after the first run.
+    pub(super) fn first_round(
+        &mut self,
+        forecast: &Forecast,
+        execution: &Execution<'_>,
+    ) -> Result<Vec<Block>> {
+        let wanted = vec![self.samples.base(); self.errors.len()];
+        self.draw(&wanted, Some(forecast), execution, &|| false)
+    }
+
+    fn draw(
+        &mut self,
+        wanted: &[u32],
+        forecast: Option<&Forecast>,
+        execution: &Execution<'_>,
+        late: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Vec<Block>> {
+        let (columns, _) = self.samples.columns_and_rows();
         let (picture, samples) = (self.picture, &self.samples);
         let finished = AtomicUsize::new(0);
         let tiles = self.sums.len();
         let stop = || cancelled(execution) || late();
-        let results: Vec<_> = self
+        let results: Vec<[Option<Drawn>; 2]> = self
             .sums
             .par_iter_mut()
             .enumerate()
@@ -105,113 +122,76 @@ impl<'a> Progressive<'a> {
             .map_init(
                 || picture.scratch(),
                 |scratch, (tile, sums)| {
-                    let (tx, ty) = picture.place(tile);
-                    let inside = |block: usize| {
-                        let (x, y) =
-                            (tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS);
-                        (x < columns && y < rows).then_some((x, y))
-                    };
-                    let mut now = ByBlock::<u32>::default();
-                    let mut then = now;
-                    for block in 0..now.len() {
-                        if let Some((x, y)) = inside(block) {
-                            now[block] = samples.get(x, y);
-                            then[block] = wanted[(y * columns + x) as usize].max(now[block]);
-                        }
-                    }
-                    let steps = steps(samples.base(), now, then);
-                    let result = (!steps.is_empty() && !stop()).then(|| {
-                        let watch = Stopwatch::start(execution.clock);
-                        let (mut tally, count) =
-                            picture.draw_tile(scratch.get(), (tx, ty), &steps, sums, watch, &stop);
-                        let mut watch = Stopwatch::start(execution.clock);
-                        let end = count.checked_sub(1).map_or(0, |last| steps[last].run.end());
-                        let reached: ByBlock<u32> =
-                            std::array::from_fn(|block| now[block].max(then[block].min(end)));
-                        let changed = std::array::from_fn(|block| match reached[block] {
-                            reached if reached > now[block] => reached,
-                            _ => 0,
-                        });
-                        let mut resolved = picture.resolve((tx, ty), sums, &changed, None, None);
-                        picture.highlights.raise((tx, ty), &changed, &mut resolved);
-                        watch.lap(&mut tally.stages.resolve);
-                        (tally, changed, resolved.squared)
-                    });
+                    let mut round =
+                        TileRound::new(picture, tile, samples, (scratch.get(), sums), execution, &stop);
+                    let now = round.by_block(|x, y| samples.get(x, y));
+                    let then =
+                        round.by_block(|x, y| wanted[(y * columns + x) as usize].max(samples.get(x, y)));
+                    let set_up = if forecast.is_some() { SetUp::Ahead } else { SetUp::Now };
+                    let first = round.draw(now, then, set_up);
+                    let second = forecast.zip(first.as_ref());
+                    let second = second.and_then(|(forecast, first)| round.go_on(first, forecast));
                     if let Some(progress) = execution.progress {
                         progress(finished.fetch_add(1, Ordering::Relaxed) + 1, tiles);
                     }
-                    result
+                    [first, second]
                 },
             )
             .collect();
         if cancelled(execution) {
             return Err(stopped());
         }
-        for (tile, result) in results.into_iter().enumerate() {
-            let (Some((tally, changed, errors)), (tx, ty)) = (result, picture.place(tile)) else { continue };
-            self.add(&tally);
+        let (first, second): (Vec<_>, Vec<_>) =
+            results.into_iter().map(|[first, second]| (first, second)).unzip();
+        self.take(first);
+        let between = if forecast.is_some() { self.blocks() } else { Vec::new() };
+        self.take(second);
+        Ok(between)
+    }
+
+    /// Adds what was drawn of each tile.
+    fn take(&mut self, drawn: Vec<Option<Drawn>>) {
+        let (columns, _) = self.samples.columns_and_rows();
+        for (tile, drawn) in drawn.into_iter().enumerate() {
+            let (Some(drawn), (tx, ty)) = (drawn, self.picture.place(tile)) else { continue };
+            let Drawn { tally, changed, errors, unseen } = drawn;
+            self.counts.shading_requests += tally.requests;
+            self.counts.stages.add(&tally.stages);
             if self.costs[tile] == 0.0 {
-                self.costs[tile] = cost(tally.samples, tally.requests, tally.triangles);
+                self.costs[tile] = tally.cost();
             }
             for block in (0..changed.len()).filter(|&block| changed[block] > 0) {
                 let (x, y) = (tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS);
                 self.samples.set(x, y, changed[block]);
                 self.errors[(y * columns + x) as usize] = errors[block];
+                self.unseen[tile] = self.unseen[tile] & !(1 << block) | unseen & 1 << block;
             }
         }
-        Ok(())
-    }
-
-    fn add(&mut self, tally: &Tally) {
-        self.counts.shading_requests += tally.requests;
-        self.counts.stages.add(&tally.stages);
     }
 
     pub(super) fn finish(self, execution: &Execution<'_>) -> Result<(Exposure, Counts)> {
         let (area, picture, samples) = ((TILE * TILE) as usize, self.picture, &self.samples);
-        let mut pixels = zeroed(self.sums.len() * area, [0.0f32; 3])?;
-        let mut errors = zeroed(self.sums.len() * area, 0.0f32)?;
-        let tiles = pixels.par_chunks_mut(area).zip(errors.par_chunks_mut(area)).zip(&self.sums).enumerate();
-        let unseen: u64 = tiles
-            .map(|(tile, ((out, errors), sums))| {
-                let (tx, ty) = picture.place(tile);
-                let samples = std::array::from_fn(|block| {
-                    samples.get(tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS)
-                });
-                let mut resolved = picture.resolve((tx, ty), sums, &samples, Some(out), Some(errors));
-                u64::from(picture.highlights.raise((tx, ty), &samples, &mut resolved))
-            })
-            .sum();
-        let counts = Counts { unseen_light: unseen, ..self.counts };
         let rms = Some((self.squared_error() / picture.values()).sqrt());
-        if !execution.error_map {
-            errors = Vec::new();
-        }
+        let unseen = self.unseen.iter().map(|blocks| u64::from(blocks.count_ones())).sum();
+        let counts = Counts { unseen_light: unseen, ..self.counts };
+        let of_tile = |tile: usize| -> ((u32, u32), ByBlock<u32>) {
+            let (tx, ty) = picture.place(tile);
+            let of_block = |block: usize| {
+                samples.get(tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS)
+            };
+            ((tx, ty), std::array::from_fn(of_block))
+        };
+        let mut errors = zeroed(if execution.error_map { self.sums.len() * area } else { 0 }, 0.0f32)?;
+        errors.par_chunks_mut(area).zip(&self.sums).enumerate().for_each(|(tile, (errors, sums))| {
+            let (place, samples) = of_tile(tile);
+            picture.resolve(place, sums, &samples, None, Some(errors));
+        });
+        let mut pixels = zeroed(self.sums.len() * area, [0.0f32; 3])?;
+        // Each tile's sums go as its pixels come.
+        pixels.par_chunks_mut(area).zip(self.sums).enumerate().for_each(|(tile, (out, sums))| {
+            let (place, samples) = of_tile(tile);
+            picture.means(place, &sums, &samples, out);
+        });
         Ok(done(picture, (pixels, errors), rms, Allocation::Blocks(self.samples), counts))
     }
-}
-
-/// The runs that lead each block of a tile from `now` to `then` samples, the first of `base`, each with the regions that
-/// take part.
-fn steps(base: u32, now: ByBlock<u32>, then: ByBlock<u32>) -> Vec<Step> {
-    let going = || now.into_iter().zip(then).filter(|(now, then)| now < then);
-    let from = going().map(|(now, _)| now).min().unwrap_or(0);
-    let to = going().map(|(_, then)| then).max().unwrap_or(0);
-    let first = (from == 0).then_some(Run { first: 0, count: base });
-    first
-        .into_iter()
-        .chain(Run::between(from.max(base), to))
-        .map(|run| {
-            let takes_part = |&block: &usize| now[block] <= run.first && then[block] >= run.end();
-            let wanted = (0..now.len()).filter(takes_part).map(regions).fold(0, |sum, bits| sum | bits);
-            Step { run, splits: Splits::of_run(run), wanted }
-        })
-        .filter(|step| step.wanted != 0)
-        .collect()
-}
-
-/// The four regions of 4 x 4 pixels of a block.
-fn regions(block: usize) -> u64 {
-    let (column, row) = (block as u32 % BLOCKS * 2, block as u32 / BLOCKS * 2);
-    0b11 << (8 * row + column) | 0b11 << (8 * (row + 1) + column)
 }

@@ -63,4 +63,23 @@ impl Picture<'_> {
         }
         Resolved { squared, light }
     }
+
+    /// Writes a tile's pixels, the means of their samples.
+    pub(super) fn means(
+        &self,
+        (tx, ty): (u32, u32),
+        sums: &[[Vec3; 2]],
+        samples: &ByBlock<u32>,
+        out: &mut [[f32; 3]],
+    ) {
+        let size = (self.view.width - tx * TILE, self.view.height - ty * TILE);
+        let size = (size.0.min(TILE) as usize, size.1.min(TILE) as usize);
+        let rows = sums.chunks(TILE as usize).zip(out.chunks_mut(TILE as usize)).take(size.1);
+        for (y, (sums, out)) in rows.enumerate() {
+            let samples = &samples[y / BLOCK as usize * BLOCKS as usize..];
+            for (x, ([a, b], out)) in sums.iter().zip(out).take(size.0).enumerate() {
+                *out = ((a + b) / samples[x / BLOCK as usize].max(1) as f32).to_array();
+            }
+        }
+    }
 }

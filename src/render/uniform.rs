@@ -1,6 +1,6 @@
 //! The same number of samples for every pixel: tile by tile, each drawn once and resolved at once.
 
-use super::draw::{Borrowed, Step, TILES_AT_ONCE};
+use super::draw::{Borrowed, SetUp, Step, TILES_AT_ONCE};
 use super::pattern::Splits;
 use super::picture::Picture;
 use super::stages::Stopwatch;
@@ -37,14 +37,15 @@ impl Picture<'_> {
             sums.clear();
             let watch = Stopwatch::start(execution.clock);
             let (mut tally, done) =
-                self.draw_tile(scratch.get(), self.place(tile), &steps, sums, watch, &stop);
+                self.draw_tile(scratch.get(), self.place(tile), (&steps, SetUp::Now), sums, watch, &stop);
             let mut watch = Stopwatch::start(execution.clock);
             let squared = if done < steps.len() {
                 0.0
             } else {
                 let place = self.place(tile);
                 let mut resolved = self.resolve(place, sums, &[samples; 16], Some(out), errors);
-                tally.unseen_light = u64::from(self.highlights.raise(place, &[samples; 16], &mut resolved));
+                let raised = self.highlights.raise(place, &[samples; 16], &mut resolved);
+                tally.unseen_light = u64::from(raised.count_ones());
                 resolved.squared.iter().sum()
             };
             watch.lap(&mut tally.stages.resolve);
