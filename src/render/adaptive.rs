@@ -6,8 +6,8 @@
 use super::allocate::{self, Block, Forecast, Goal, TileBlocks, USUAL_FALL, allocate, fall};
 use super::base::{LATER, base, first_work};
 use super::picture::Picture;
+use super::pilot::{self, Pilot};
 use super::progressive::Progressive;
-use super::resolve::BLOCKS;
 use super::{Counts, Execution};
 use crate::error::Result;
 use crate::picture::{BlockSamples, Exposure};
@@ -42,11 +42,6 @@ pub(super) enum Timed {
     /// There is only time for so many samples of each pixel, drawn otherwise.
     TooShort(u32),
 }
-
-/// One in so many tiles is drawn first, to see how long the picture takes; of a small picture more, so that there are this
-/// many.
-const PILOT: usize = 41;
-const PILOT_TILES: usize = 8;
 
 /// Where so many times the pilot's samples are needed, it goes on to four times as many, to see how the error falls.
 const FAR: u32 = 8;
@@ -109,23 +104,21 @@ impl Progressive<'_> {
     fn until_error(&mut self, error: f64, execution: &Execution<'_>) -> Result<()> {
         let columns = self.samples.columns_and_rows().0 as usize;
         let entries = self.entries_per_pixel();
-        self.pilot(FIRST_RUN, execution)?;
-        let mut pilot = self.pilot_tiles();
-        let goal = MARGIN * MARGIN * error * error * 3.0 * pixels(&pilot);
+        let tiles = Pilot::for_error(self.picture.tiles());
+        let mut pilot = self.pilot(tiles, FIRST_RUN, execution)?;
+        let goal = MARGIN * MARGIN * error * error * 3.0 * pilot::pixels(&pilot);
         let mut falling = USUAL_FALL;
         let mut first = base(&pilot, Goal::Error(goal), falling, MOST_FOR_ERROR, entries);
         if first >= FAR * FIRST_RUN {
-            self.pilot(4 * FIRST_RUN, execution)?;
-            let more = self.pilot_tiles();
+            let more = self.pilot(tiles, 4 * FIRST_RUN, execution)?;
             let blocks = |tiles: &[TileBlocks]| tiles.iter().flat_map(TileBlocks::blocks).collect::<Vec<_>>();
             falling = fall(&blocks(&pilot), &blocks(&more)).unwrap_or(falling);
             pilot = more;
             first = base(&pilot, Goal::Error(goal), falling, MOST_FOR_ERROR, entries);
         }
         self.clear(first);
-        self.pilot(first, execution)?;
-        let forecast =
-            Forecast::new(&self.pilot_tiles(), Goal::Error(SHORT * goal), ROUNDS_FALL, MOST_FOR_ERROR);
+        let pilot = self.pilot(tiles, first, execution)?;
+        let forecast = Forecast::new(&pilot, Goal::Error(SHORT * goal), ROUNDS_FALL, MOST_FOR_ERROR);
         let mut before = self.first_round(&forecast, execution)?;
         loop {
             let goal = MARGIN * MARGIN * error * error * self.picture.values() / (1.0 + self.uncertainty());
@@ -147,34 +140,6 @@ impl Progressive<'_> {
         }
     }
 
-    /// Whether a tile is one of those that tell how long the picture takes and where its error is.
-    fn is_pilot(&self, x: u32, y: u32) -> bool {
-        is_pilot(self.picture.tiles(), x, y)
-    }
-
-    /// Draws so many samples in these tiles.
-    fn pilot(&mut self, samples: u32, execution: &Execution<'_>) -> Result<()> {
-        let wanted = self.by_block(|x, y| if self.is_pilot(x / BLOCKS, y / BLOCKS) { samples } else { 0 });
-        self.round(&wanted, execution, &|| false)
-    }
-
-    /// These tiles.
-    fn pilot_tiles(&self) -> Vec<TileBlocks> {
-        let (columns, rows) = self.samples.columns_and_rows();
-        let blocks = self.blocks();
-        let (tiles_x, tiles_y) = (columns.div_ceil(BLOCKS), rows.div_ceil(BLOCKS));
-        let tiles = (0..tiles_y).flat_map(|y| (0..tiles_x).map(move |x| (x, y)));
-        tiles
-            .filter(|&(x, y)| self.is_pilot(x, y))
-            .map(|(tx, ty)| {
-                let (right, bottom) = ((tx * BLOCKS + BLOCKS).min(columns), (ty * BLOCKS + BLOCKS).min(rows));
-                let places = (ty * BLOCKS..bottom).flat_map(|y| (tx * BLOCKS..right).map(move |x| (x, y)));
-                let tile = places.map(|(x, y)| blocks[(y * columns + x) as usize]).collect();
-                TileBlocks::new(tile, (right - tx * BLOCKS) as usize)
-            })
-            .collect()
-    }
-
     /// Entries of the tiles' bins for each pixel: how dear it is to begin a tile again.
     fn entries_per_pixel(&self) -> f64 {
         self.picture.bins.entries() as f64 / self.pixels()
@@ -188,9 +153,8 @@ impl Progressive<'_> {
         let pixels = self.pixels();
         let begun = clock();
         let entries = self.entries_per_pixel();
-        self.pilot(FIRST_RUN, execution)?;
-        let pilot = self.pilot_tiles();
-        let seen = self::pixels(&pilot);
+        let pilot = self.pilot(Pilot::for_time(self.picture.tiles()), FIRST_RUN, execution)?;
+        let seen = pilot::pixels(&pilot);
         let took = (clock() - begun).max(1e-9);
         let left = end - clock();
         let rest = took * (pixels - seen) / seen;
@@ -231,41 +195,6 @@ impl Progressive<'_> {
             self.round(&wanted, execution, &late)?;
             rate = planned / (clock() - begun).max(1e-9);
             share = 0.9;
-        }
-    }
-}
-
-/// How many pixels these tiles have.
-fn pixels(tiles: &[TileBlocks]) -> f64 {
-    tiles.iter().flat_map(TileBlocks::blocks).map(|block| f64::from(block.pixels)).sum()
-}
-
-/// Whether the tile in this column and row is one of the pilot's, of so many tiles.
-fn is_pilot(tiles: usize, x: u32, y: u32) -> bool {
-    let stride = (tiles / PILOT_TILES).clamp(1, PILOT) as u32;
-    // Each row begins elsewhere (by the golden section), or they might all lie below one another.
-    let shift = (stride * 382 + 500) / 1000;
-    (x + y * shift).is_multiple_of(stride)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_pilot_sees_every_part_of_the_picture() {
-        for (columns, rows) in [(1, 1), (3, 2), (10, 8), (20, 16), (40, 32), (41, 41), (82, 30), (375, 300)] {
-            let all = || (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
-            let of = |x: u32, y: u32| is_pilot((columns * rows) as usize, x, y);
-            let count = all().filter(|&(x, y)| of(x, y)).count() as u32;
-            assert!(count >= 1 && count <= (columns * rows / 30).max(20), "{columns} {rows}: {count}");
-            // None is farther from one than an eighth of all, laid out in a square, is wide, nor than seven tiles.
-            let far = (f64::from(columns * rows) / 8.0).sqrt().clamp(1.0, 6.4).ceil() as i64;
-            for (x, y) in all() {
-                let near = |at: u32| (i64::from(at) - far).max(0) as u32..=(i64::from(at) + far) as u32;
-                let found = near(y).any(|y| near(x).any(|x| x < columns && y < rows && of(x, y)));
-                assert!(found || columns * rows < 8, "{columns} {rows}: {x} {y}");
-            }
         }
     }
 }

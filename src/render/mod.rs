@@ -9,6 +9,7 @@ mod frame;
 mod highlights;
 mod pattern;
 mod picture;
+mod pilot;
 mod progressive;
 mod resolve;
 mod room;

@@ -1,0 +1,90 @@
+//! The pilot: tiles all over the picture that are drawn first, to see how long it takes and where its error is.
+
+use super::Execution;
+use super::allocate::TileBlocks;
+use super::progressive::Progressive;
+use super::resolve::BLOCKS;
+use crate::error::Result;
+
+/// Which tiles these are.
+#[derive(Clone, Copy)]
+pub(super) struct Pilot {
+    /// One in so many.
+    stride: u32,
+}
+
+impl Pilot {
+    /// One tile in 41, of a small picture more: eight. What it sees is a forecast, and mostly drawn again.
+    pub(super) fn for_error(tiles: usize) -> Self {
+        Self::new(tiles, 41, 8)
+    }
+
+    /// More: how long a few tiles take at the start says little of the others. (Of eight it did on the tower, 640 pixels wide, as
+    /// if there were time for 8 samples where there was for 100.)
+    pub(super) fn for_time(tiles: usize) -> Self {
+        Self::new(tiles, 11, 12)
+    }
+
+    /// One in `most`, or more if they would be fewer than `least`.
+    fn new(tiles: usize, most: usize, least: usize) -> Self {
+        Self { stride: (tiles / least).clamp(1, most) as u32 }
+    }
+
+    /// Whether it has the tile in this column and row.
+    fn contains(self, x: u32, y: u32) -> bool {
+        // Each row begins elsewhere (by the golden section), or they might all lie below one another.
+        let shift = (self.stride * 382 + 500) / 1000;
+        (x + y * shift).is_multiple_of(self.stride)
+    }
+}
+
+impl Progressive<'_> {
+    /// Draws so many samples in the tiles of a pilot, and tells what these are then.
+    pub(super) fn pilot(
+        &mut self,
+        pilot: Pilot,
+        samples: u32,
+        execution: &Execution<'_>,
+    ) -> Result<Vec<TileBlocks>> {
+        let wanted = self.by_block(|x, y| if pilot.contains(x / BLOCKS, y / BLOCKS) { samples } else { 0 });
+        self.round(&wanted, execution, &|| false)?;
+        let (columns, rows) = self.samples.columns_and_rows();
+        let blocks = self.blocks();
+        let (tiles_x, tiles_y) = (columns.div_ceil(BLOCKS), rows.div_ceil(BLOCKS));
+        let tiles = (0..tiles_y).flat_map(|y| (0..tiles_x).map(move |x| (x, y)));
+        let of_tile = |(tx, ty): (u32, u32)| {
+            let (right, bottom) = ((tx * BLOCKS + BLOCKS).min(columns), (ty * BLOCKS + BLOCKS).min(rows));
+            let places = (ty * BLOCKS..bottom).flat_map(|y| (tx * BLOCKS..right).map(move |x| (x, y)));
+            let tile = places.map(|(x, y)| blocks[(y * columns + x) as usize]).collect();
+            TileBlocks::new(tile, (right - tx * BLOCKS) as usize)
+        };
+        Ok(tiles.filter(|&(x, y)| pilot.contains(x, y)).map(of_tile).collect())
+    }
+}
+
+/// How many pixels these tiles have.
+pub(super) fn pixels(tiles: &[TileBlocks]) -> f64 {
+    tiles.iter().flat_map(TileBlocks::blocks).map(|block| f64::from(block.pixels)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_pilot_sees_every_part_of_the_picture() {
+        for (columns, rows) in [(1, 1), (3, 2), (10, 8), (20, 16), (40, 32), (41, 41), (82, 30), (375, 300)] {
+            let all = || (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
+            let of = |x: u32, y: u32| Pilot::for_error((columns * rows) as usize).contains(x, y);
+            let count = all().filter(|&(x, y)| of(x, y)).count() as u32;
+            assert!(count >= 1 && count <= (columns * rows / 30).max(20), "{columns} {rows}: {count}");
+            // None is farther from one than an eighth of all, laid out in a square, is wide, nor than seven tiles.
+            let far = (f64::from(columns * rows) / 8.0).sqrt().clamp(1.0, 6.4).ceil() as i64;
+            for (x, y) in all() {
+                let near = |at: u32| (i64::from(at) - far).max(0) as u32..=(i64::from(at) + far) as u32;
+                let found = near(y).any(|y| near(x).any(|x| x < columns && y < rows && of(x, y)));
+                assert!(found || columns * rows < 8, "{columns} {rows}: {x} {y}");
+            }
+        }
+    }
+}
