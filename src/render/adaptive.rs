@@ -103,22 +103,28 @@ impl Progressive<'_> {
 
     fn until_error(&mut self, error: f64, execution: &Execution<'_>) -> Result<()> {
         let columns = self.samples.columns_and_rows().0 as usize;
-        let entries = self.entries_per_pixel();
         let tiles = Pilot::for_error(self.picture.tiles());
         let mut pilot = self.pilot(tiles, FIRST_RUN, execution)?;
         let goal = MARGIN * MARGIN * error * error * 3.0 * pilot::pixels(&pilot);
-        let mut falling = USUAL_FALL;
-        let mut first = base(&pilot, Goal::Error(goal), falling, MOST_FOR_ERROR, entries);
+        let entries = self.entries_per_pixel();
+        let choose =
+            |pilot: &[TileBlocks], falling| base(pilot, Goal::Error(goal), falling, MOST_FOR_ERROR, entries);
+        let mut first = choose(&pilot, USUAL_FALL);
         if first >= FAR * FIRST_RUN {
             let more = self.pilot(tiles, 4 * FIRST_RUN, execution)?;
-            let blocks = |tiles: &[TileBlocks]| tiles.iter().flat_map(TileBlocks::blocks).collect::<Vec<_>>();
-            falling = fall(&blocks(&pilot), &blocks(&more)).unwrap_or(falling);
+            first = choose(&more, pilot::fall(&pilot, &more).unwrap_or(USUAL_FALL));
             pilot = more;
-            first = base(&pilot, Goal::Error(goal), falling, MOST_FOR_ERROR, entries);
         }
         self.clear(first);
-        let pilot = self.pilot(tiles, first, execution)?;
-        let forecast = Forecast::new(&pilot, Goal::Error(SHORT * goal), ROUNDS_FALL, MOST_FOR_ERROR);
+        let mut more = self.pilot(tiles, first, execution)?;
+        // How the error falls is known now, and more at once may be wanted where it falls slowly.
+        let falling = pilot::fall(&pilot, &more).unwrap_or(USUAL_FALL);
+        let again = choose(&more, falling);
+        if again > first {
+            self.clear(again);
+            more = self.pilot(tiles, again, execution)?;
+        }
+        let forecast = Forecast::new(&more, Goal::Error(SHORT * goal), ROUNDS_FALL, MOST_FOR_ERROR);
         let mut before = self.first_round(&forecast, execution)?;
         loop {
             let goal = MARGIN * MARGIN * error * error * self.picture.values() / (1.0 + self.uncertainty());
@@ -126,7 +132,7 @@ impl Progressive<'_> {
                 return Ok(());
             }
             let blocks = self.blocks();
-            falling = fall(&before, &blocks).unwrap_or(falling);
+            let falling = fall(&before, &blocks).unwrap_or(falling);
             let mut wanted = allocate(&blocks, columns, Goal::Error(AIM * goal), falling, MOST_FOR_ERROR);
             if wanted.iter().zip(&blocks).all(|(&wanted, block)| wanted <= block.samples) {
                 // What was predicted is there and was not enough: ask for less, or be at the limit.

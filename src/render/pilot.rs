@@ -1,7 +1,7 @@
 //! The pilot: tiles all over the picture that are drawn first, to see how long it takes and where its error is.
 
 use super::Execution;
-use super::allocate::TileBlocks;
+use super::allocate::{self, TileBlocks};
 use super::progressive::Progressive;
 use super::resolve::BLOCKS;
 use crate::error::Result;
@@ -65,6 +65,12 @@ impl Progressive<'_> {
 /// How many pixels these tiles have.
 pub(super) fn pixels(tiles: &[TileBlocks]) -> f64 {
     tiles.iter().flat_map(TileBlocks::blocks).map(|block| f64::from(block.pixels)).sum()
+}
+
+/// How errors fell in these tiles: see [`allocate::fall`].
+pub(super) fn fall(before: &[TileBlocks], after: &[TileBlocks]) -> Option<f64> {
+    let blocks = |tiles: &[TileBlocks]| tiles.iter().flat_map(TileBlocks::blocks).collect::<Vec<_>>();
+    allocate::fall(&blocks(before), &blocks(after))
 }
 
 #[cfg(test)]
