@@ -76,3 +76,35 @@ pub(super) fn base(tiles: &[TileBlocks], goal: Goal, fall: f64, most: u32, entri
     let allowed = candidates.iter().zip(&prices).filter(|(_, price)| price.1 <= SPARE * fewest);
     allowed.min_by(|a, b| a.1.0.total_cmp(&b.1.0)).map_or(runs::FIRST_RUN, |(&base, _)| base)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Four tiles of blocks with 16 samples, of which `share` are wrong and the others done.
+    fn tiles(share: f64) -> Vec<TileBlocks> {
+        let error = |i: usize| if (i as f64) < share * 16.0 { 1.0 } else { 0.0 };
+        let block = |i: usize| Block { pixels: 64, samples: 16, error: error(i), cost: 10.0 };
+        (0..4).map(|_| TileBlocks::new((0..16).map(block).collect(), 4)).collect()
+    }
+
+    #[test]
+    fn what_is_alike_everywhere_is_drawn_at_once() {
+        // An eighth of 64 blocks' squared error: four times the samples, where it falls by the power of 1.5.
+        assert_eq!(base(&tiles(1.0), Goal::Error(8.0), 1.5, 1 << 14, 0.1), 64);
+        assert_eq!(base(&tiles(1.0), Goal::Error(1.0), 1.5, 1 << 14, 0.1), 256);
+    }
+
+    #[test]
+    fn where_little_is_wrong_all_begin_with_few() {
+        assert_eq!(base(&tiles(0.25), Goal::Error(2.0), 1.5, 1 << 14, 0.1), 16);
+        assert_eq!(base(&tiles(0.0), Goal::Error(1.0), 1.5, 1 << 14, 0.1), 16);
+    }
+
+    #[test]
+    fn no_more_is_begun_with_than_there_is_time_for() {
+        let work = |samples: u32| first_work(tiles(1.0).iter().flat_map(TileBlocks::blocks), samples);
+        assert_eq!(base(&tiles(1.0), Goal::Work(1.01 * work(256)), 1.5, 1 << 14, 0.1), 256);
+        assert_eq!(base(&tiles(1.0), Goal::Work(0.99 * work(32)), 1.5, 1 << 14, 0.1), 16);
+    }
+}
