@@ -43,8 +43,8 @@ pub(super) enum Timed {
     TooShort(u32),
 }
 
-/// Where so many times the pilot's samples are needed, it goes on to four times as many, to see how the error falls.
-const FAR: u32 = 8;
+/// The pilot shows by so many samples how the error falls, however many are needed.
+const MOST_FOR_PILOT: u32 = 64;
 
 /// What numbers of samples below [`FIRST_RUN`] take of its time, about (Sponza at 1280 x 1024).
 const FEWER: [(u32, f64); 4] = [(8, 0.8), (4, 0.65), (2, 0.5), (1, 0.0)];
@@ -104,30 +104,26 @@ impl Progressive<'_> {
     fn until_error(&mut self, error: f64, execution: &Execution<'_>) -> Result<()> {
         let columns = self.samples.columns_and_rows().0 as usize;
         let tiles = Pilot::for_error(self.picture.tiles());
-        let mut pilot = self.pilot(tiles, FIRST_RUN, execution)?;
-        let goal = MARGIN * MARGIN * error * error * 3.0 * pilot::pixels(&pilot);
+        let pilot = self.pilot(tiles, FIRST_RUN, execution)?;
+        let allowed = MARGIN * MARGIN * error * error;
+        let goal = allowed * 3.0 * pilot::pixels(&pilot);
         let entries = self.entries_per_pixel();
         let choose =
             |pilot: &[TileBlocks], falling| base(pilot, Goal::Error(goal), falling, MOST_FOR_ERROR, entries);
-        let mut first = choose(&pilot, USUAL_FALL);
-        if first >= FAR * FIRST_RUN {
-            let more = self.pilot(tiles, 4 * FIRST_RUN, execution)?;
-            first = choose(&more, pilot::fall(&pilot, &more).unwrap_or(USUAL_FALL));
-            pilot = more;
-        }
-        self.clear(first);
-        let mut more = self.pilot(tiles, first, execution)?;
-        // How the error falls is known now, and more at once may be wanted where it falls slowly.
+        let look = choose(&pilot, USUAL_FALL).min(MOST_FOR_PILOT);
+        self.clear(look);
+        let mut more = self.pilot(tiles, look, execution)?;
+        // How the error falls is known now, and more at once may be wanted.
         let falling = pilot::fall(&pilot, &more).unwrap_or(USUAL_FALL);
-        let again = choose(&more, falling);
-        if again > first {
-            self.clear(again);
-            more = self.pilot(tiles, again, execution)?;
+        let first = choose(&more, falling).max(look);
+        if first > look {
+            self.clear(first);
+            more = self.pilot(tiles, first, execution)?;
         }
         let forecast = Forecast::new(&more, Goal::Error(SHORT * goal), ROUNDS_FALL, MOST_FOR_ERROR);
         let mut before = self.first_round(&forecast, execution)?;
         loop {
-            let goal = MARGIN * MARGIN * error * error * self.picture.values() / (1.0 + self.uncertainty());
+            let goal = allowed * self.picture.values() / (1.0 + self.uncertainty());
             if self.squared_error() <= goal {
                 return Ok(());
             }

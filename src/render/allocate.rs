@@ -144,7 +144,7 @@ fn factor(blocks: &[Block], keys: &[Key], goal: Goal, levels: &Levels) -> f64 {
 }
 
 /// The numbers of samples that a block may have, in a table: a picture has tens of thousands of blocks, and each is asked
-/// some forty times.
+/// some twenty times.
 pub(super) struct Levels {
     samples: Vec<u32>,
     /// What is left at each of the squared error at one sample.

@@ -34,19 +34,21 @@ pub(super) fn base(tiles: &[TileBlocks], goal: Goal, fall: f64, most: u32, entri
     let levels = Levels::new(most, fall);
     let blocks: Vec<Block> = tiles.iter().flat_map(TileBlocks::blocks).collect();
     let errors: Vec<f64> = tiles.iter().flat_map(|tile| tile.smoothed(&levels)).collect();
+    // All have as many.
+    let drawn = f64::from(blocks.first().map_or(runs::FIRST_RUN, |block| block.samples));
     let pixels: f64 = blocks.iter().map(|block| f64::from(block.pixels)).sum();
     let round =
         (ROUND + ROUND_ENTRY * entries_per_pixel) * blocks.iter().map(|block| block.work(1)).sum::<f64>();
     // The price of a base (work for an error, or an error for work), and for an error the samples that it takes.
     let price = |base: u32| {
-        let falls = |block: &Block| libm::pow(f64::from(block.samples.max(1)) / f64::from(base), fall);
-        let raised = |block: &Block| Block { samples: base, error: block.error * falls(block), ..*block };
+        let falls = libm::pow(drawn / f64::from(base), fall);
+        let raised = |block: &Block| Block { samples: base, error: block.error * falls, ..*block };
         let all: Vec<Block> = blocks.iter().map(raised).collect();
         let error: f64 = all.iter().map(|block| block.error).sum();
         let (samples, work) = (f64::from(base) * pixels, first_work(blocks.iter().copied(), base));
         // Samples, work and error of what comes after.
         let more = |goal: Goal| {
-            let errors = errors.iter().zip(&blocks).map(|(error, block)| error * falls(block)).collect();
+            let errors = errors.iter().map(|error| error * falls).collect();
             let wanted = spread(&all, errors, goal, &levels, u32::MAX);
             all.iter().zip(wanted).fold([0.0; 3], |[samples, work, error], (block, wanted)| {
                 let more = wanted - base;

@@ -6,7 +6,7 @@ use super::stages::{Stages, Stopwatch};
 use crate::raster::film::TileFilm;
 use crate::raster::tile::{Geometry, Part};
 use crate::raster::view::{Batch, Pattern, from_center};
-use crate::raster::visibility::{EVERYWHERE, Group, NOTHING, REGION};
+use crate::raster::visibility::{Group, NOTHING, REGION};
 use crate::raster::{self, BATCHES, LANES, TILE};
 use crate::sampling;
 use crate::sampling::runs::Run;
@@ -86,7 +86,7 @@ pub(super) struct Step {
 pub(super) enum SetUp {
     /// For those that are drawn now, and no other.
     Now,
-    /// For these and any that follow.
+    /// For these and any that follow in the same regions.
     Ahead,
     /// They were, by the last call, ahead.
     Before,
@@ -166,10 +166,7 @@ impl Picture<'_> {
             tile,
             block,
             cells: if set_up == SetUp::Ahead { 0..self.cells.len() } else { self.cells_of(steps) },
-            wanted: match set_up {
-                SetUp::Ahead => EVERYWHERE,
-                _ => steps.iter().fold(0, |wanted, step| wanted | step.wanted),
-            },
+            wanted: steps.iter().fold(0, |wanted, step| wanted | step.wanted),
         };
         for (done, step) in steps.iter().enumerate() {
             drawn.resize(sums.len(), [Vec4::ZERO; 2]);

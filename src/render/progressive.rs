@@ -184,7 +184,7 @@ impl<'a> Progressive<'a> {
         let mut errors = zeroed(if execution.error_map { self.sums.len() * area } else { 0 }, 0.0f32)?;
         errors.par_chunks_mut(area).zip(&self.sums).enumerate().for_each(|(tile, (errors, sums))| {
             let (place, samples) = of_tile(tile);
-            picture.resolve(place, sums, &samples, None, Some(errors));
+            picture.resolve(place, sums, &samples, Some(errors));
         });
         let mut pixels = zeroed(self.sums.len() * area, [0.0f32; 3])?;
         // Each tile's sums go as its pixels come.

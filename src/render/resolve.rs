@@ -22,7 +22,7 @@ pub(super) struct Resolved {
 
 impl Picture<'_> {
     /// What the sums of a tile say; `samples` for each pixel of a block.
-    /// With `out`, its means go there, and with `errors` each pixel's own error.
+    /// Each pixel's own error goes to `errors`, where there are any.
     ///
     /// Half of the samples are an independent estimate of the picture, and so is the other half; the mean weighs them
     /// by their sizes, and for equal halves its squared error is a quarter of their squared difference.
@@ -31,7 +31,6 @@ impl Picture<'_> {
         (tx, ty): (u32, u32),
         sums: &[[Vec3; 2]],
         samples: &ByBlock<u32>,
-        mut out: Option<&mut [[f32; 3]]>,
         mut errors: Option<&mut [f32]>,
     ) -> Resolved {
         let Resolved { mut squared, mut light } = Resolved::default();
@@ -48,9 +47,6 @@ impl Picture<'_> {
                     let at = (y * TILE + x) as usize;
                     let Some(&[a, b]) = sums.get(at) else { continue };
                     light[block] += f64::from((a + b).max_element() * all);
-                    if let Some(pixel) = out.as_deref_mut().and_then(|out| out.get_mut(at)) {
-                        *pixel = ((a + b) / n as f32).to_array();
-                    }
                     if n > 1 {
                         let error = share * (shown(a, even) - shown(b, odd)).as_dvec3().length_squared();
                         squared[block] += error;

@@ -97,7 +97,7 @@ impl<'a> TileRound<'a> {
             reached if reached > now[block] => reached,
             _ => 0,
         });
-        let mut resolved = picture.resolve(self.tile, self.sums, &changed, None, None);
+        let mut resolved = picture.resolve(self.tile, self.sums, &changed, None);
         let unseen = picture.highlights.raise(self.tile, &changed, &mut resolved);
         watch.lap(&mut tally.stages.resolve);
         Some(Drawn { tally, changed, errors: resolved.squared, unseen })
@@ -105,11 +105,12 @@ impl<'a> TileRound<'a> {
 
     /// Goes on from what was drawn as far as `forecast` says, with the triangles that were set up for that.
     pub(super) fn go_on(&mut self, first: &Drawn, forecast: &Forecast) -> Option<Drawn> {
+        let cost = first.tally.cost();
         let of_block = |(block, (x, y)): (usize, (u32, u32))| Block {
             pixels: self.picture.block_pixels(x, y),
             samples: first.changed[block],
             error: first.errors[block],
-            cost: first.tally.cost(),
+            cost,
         };
         let tile = TileBlocks::new(self.blocks().map(of_block).collect(), self.size.0 as usize);
         let mut then = first.changed;

@@ -43,8 +43,10 @@ impl Picture<'_> {
                 0.0
             } else {
                 let place = self.place(tile);
-                let mut resolved = self.resolve(place, sums, &[samples; 16], Some(out), errors);
-                let raised = self.highlights.raise(place, &[samples; 16], &mut resolved);
+                let samples = [samples; 16];
+                self.means(place, sums, &samples, out);
+                let mut resolved = self.resolve(place, sums, &samples, errors);
+                let raised = self.highlights.raise(place, &samples, &mut resolved);
                 tally.unseen_light = u64::from(raised.count_ones());
                 resolved.squared.iter().sum()
             };
