@@ -241,23 +241,25 @@ fn sharing_stays_under_a_third_of_the_noise() {
     for (name, setting) in settings() {
         let camera = camera(DVec3::new(0.3, 1.2, 2.5), DVec3::new(0.0, 0.9, -3.0), 150.0, setting);
         for samples in [16, 64, 256] {
-            let mut scene = scene(&camera, surfaces.clone(), 120, samples);
-            let picture = |scene: &Scene| render(scene, Execution::default()).unwrap().0;
-            let alone = picture(&scene);
-            scene.render.share_shading = true;
-            scene.surfaces.find_patches();
-            let shared = picture(&scene);
-            let (width, height) = (scene.render.width, scene.render.height);
-            let square: f64 = (0..height)
-                .flat_map(|y| (0..width).map(move |x| (x, y)))
-                .flat_map(|(x, y)| (0..3).map(move |c| (x, y, c)))
-                .map(|(x, y, c)| f64::from(alone.pixel(x, y)[c] - shared.pixel(x, y)[c]))
-                .map(|gap| gap * gap)
-                .sum();
-            let gap = (square / f64::from(3 * width * height)).sqrt();
-            let noise = alone.rms_error().unwrap();
-            println!("{name}, N = {samples}: sharing {gap:.2e}, noise {noise:.2e}");
-            assert!(gap < noise / 3.0, "{name}, N = {samples}: {gap} against a noise of {noise}");
+            for shadows in [None, Some(0.0), Some(2.0)] {
+                let mut scene = scene(&camera, surfaces.clone(), 120, samples);
+                if let Some(degrees) = shadows {
+                    scene.surfaces.build_hierarchy();
+                    let sun = scene.sun.as_mut().unwrap();
+                    (sun.shadows, sun.angular_diameter) = (true, Angle::degrees(degrees));
+                }
+                let picture = |scene: &Scene| render(scene, Execution::default()).unwrap().0;
+                let alone = picture(&scene);
+                scene.render.share_shading = true;
+                scene.surfaces.find_patches();
+                let shared = picture(&scene);
+                let gap = alone.rms_difference(&shared, 0.0);
+                let noise = alone.rms_error().unwrap();
+                // With shadows each sample has a normal of its own.
+                let most = if shadows.is_some() { 12.0 } else { 3.0 };
+                println!("{name}, N = {samples}, sun {shadows:?}: {:.3} of the noise", gap / noise);
+                assert!(gap < noise / most, "{name}, N = {samples}, sun {shadows:?}: {gap} of {noise}");
+            }
         }
     }
 }

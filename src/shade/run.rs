@@ -111,7 +111,7 @@ const FEW: u32 = 2;
 
 /// The height of the sun, as a cosine, over the side that is seen, at 16 places, 0 where it has set; and where it is unsure.
 #[inline(always)]
-fn rise<S: Simd>(
+pub(super) fn rise<S: Simd>(
     simd: S,
     k: &Bilinear4,
     face: Vec3,

@@ -1,11 +1,11 @@
 //! Shading where the sun casts shadows: groups of samples that see one surface in, light added to their pixels out.
 //!
 //! As [`super::run`], but the sun's light is weighed sample by sample: each has a ray of its own to the sun, or to a
-//! point of its own of the sun's disk, and its texel counts by what arrives along it.
+//! point of its own of the sun's disk, with the normal where it starts, and its texel counts by what arrives along it.
 
 use super::look::Look;
-use super::run::facing;
-use super::samples::{Rays, Samples, Sums};
+use super::run::{facing, rise};
+use super::samples::{Places, Rays, Samples, Sums};
 use super::shadows::SunRays;
 use super::sun::{Asking, ShadowSun, SurfacePlane, directions};
 use super::texels::Textured;
@@ -15,7 +15,7 @@ use crate::raster::view::Batch;
 use crate::raster::visibility::Group;
 use crate::sampling::sun_shift;
 use crate::simd::at_level;
-use fearless_simd::{Level, Select, Simd, SimdBase, f32x16};
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, f32x16};
 use glam::{Vec3, Vec4};
 
 /// What one batch of samples in one tile brings beside what plain shading takes.
@@ -48,11 +48,11 @@ impl Shader<'_> {
         let Some(plane) = &look.plane else { return };
         for chunk in groups.chunks(LANES) {
             let mut weights = [[0.0; LANES]; LANES];
-            let normals = at_level!(level, simd => normals(simd, look, samples, sun.sun, chunk));
+            let set = at_level!(level, simd => set(simd, look, samples, sun.sun, chunk));
             let mut packet: [Ray; LANES] = Default::default();
             let mut filled = 0;
             for (i, group) in chunk.iter().enumerate() {
-                if !sun.sun.is_soft() && normals[2][i] <= 0.0 {
+                if set >> i & 1 == 1 {
                     continue;
                 }
                 let mut rest = group.lanes_of(0);
@@ -61,54 +61,50 @@ impl Shader<'_> {
                     rest &= rest - 1;
                     filled += 1;
                     if filled == LANES {
-                        trace(level, plane, samples, sun, chunk, &normals, &packet, last, &mut weights);
+                        trace(level, look, plane, (samples, sun), chunk, &packet, last, &mut weights);
                         filled = 0;
                     }
                 }
             }
             if filled > 0 {
-                trace(level, plane, samples, sun, chunk, &normals, &packet[..filled], last, &mut weights);
+                trace(level, look, plane, (samples, sun), chunk, &packet[..filled], last, &mut weights);
             }
             at_level!(level, simd => surface(simd, self, look, (samples, sun.batch), chunk, &weights, sums));
         }
     }
 }
 
-/// Unit normals in the sun frame of the sides that up to 16 groups see.
+/// Of up to 16 groups those that see a side on which the sun has set, for all of their samples.
 #[inline(always)]
-fn normals<S: Simd>(
-    simd: S,
-    look: &Look,
-    samples: &Samples<'_>,
-    sun: &ShadowSun<'_>,
-    groups: &[Group],
-) -> [[f32; LANES]; 3] {
+fn set<S: Simd>(simd: S, look: &Look, samples: &Samples<'_>, sun: &ShadowSun<'_>, groups: &[Group]) -> u16 {
+    if sun.is_soft() {
+        return 0;
+    }
+    let zero = f32x16::splat(simd, 0.0);
+    let [.., toward] = sun.rows();
     let at = samples.places(simd, groups);
+    if let Some(normal) = &look.normal {
+        let (rise, unsure) = rise(simd, normal, look.face, toward, samples.rays, &at);
+        return rise.simd_le(zero).to_bitmask() as u16 & !unsure;
+    }
     let [x, y, z] = facing(simd, look, samples.rays, &at);
-    let [a, b, c] = sun.rows();
-    [
-        (x * a.x + y * a.y + z * a.z).to_array(),
-        (x * b.x + y * b.y + z * b.z).to_array(),
-        (x * c.x + y * c.y + z * c.z).to_array(),
-    ]
+    (x * toward.x + y * toward.y + z * toward.z).simd_le(zero).to_bitmask() as u16
 }
 
 /// Sets the weight of up to 16 samples: the cosine of their sun's height over the surface, or 0 in its shadow.
 #[expect(clippy::too_many_arguments, reason = "what stands for one packet, apart from what it changes")]
 fn trace(
     level: Level,
+    look: &Look,
     plane: &SurfacePlane,
-    samples: &Samples<'_>,
-    sun: &SunSamples<'_>,
+    (samples, sun): (&Samples<'_>, &SunSamples<'_>),
     groups: &[Group],
-    normals: &[[f32; LANES]; 3],
     packet: &[Ray],
     last: &mut u32,
     weights: &mut [[f32; LANES]; LANES],
 ) {
     let batch = sun.batch;
     let mut places = [[0.0; LANES]; 4];
-    let mut normal = [[0.0; LANES]; 3];
     let mut square = [[0.0; LANES]; 2];
     let (mut keys, mut index) = ([0; LANES], [0; LANES]);
     let soft = sun.sun.is_soft();
@@ -121,9 +117,6 @@ fn trace(
         places[1][at] = batch.v[lane];
         places[2][at] = batch.x[lane] + corner.x;
         places[3][at] = batch.y[lane] + corner.y;
-        for axis in 0..3 {
-            normal[axis][at] = normals[axis][i];
-        }
         index[at] = batch.index[lane];
         // Mostly a whole group lies in one pixel.
         let name = u32::from(group.block) << 8 | u32::from(batch.pixel[lane]);
@@ -142,7 +135,7 @@ fn trace(
     let mut rays = SunRays::default();
     let used = 0xffff_u16 >> (LANES - packet.len().clamp(1, LANES));
     let (heights, above) = at_level!(level, simd => {
-        aim(simd, plane, samples.rays, sun.sun, (&places, &normal, &square), &mut rays)
+        aim(simd, look, plane, (samples.rays, sun.sun), (&places, &square), &mut rays)
     });
     let mut alive = 0;
     for (lane, &height) in heights.iter().enumerate() {
@@ -166,16 +159,17 @@ fn trace(
 #[inline(always)]
 fn aim<S: Simd>(
     simd: S,
+    look: &Look,
     plane: &SurfacePlane,
-    tile: &Rays,
-    sun: &ShadowSun<'_>,
-    (places, normal, square): (&Rows<4>, &Rows<3>, &Rows<2>),
+    (tile, sun): (&Rays, &ShadowSun<'_>),
+    (places, square): (&Rows<4>, &Rows<2>),
     rays: &mut SunRays,
 ) -> ([f32; LANES], u16) {
-    use fearless_simd::SimdMask;
     let zero = f32x16::splat(simd, 0.0);
     let load = |a: &[f32; LANES]| f32x16::load_array_ref(simd, a);
-    let (u, v, x, y) = (load(&places[0]), load(&places[1]), load(&places[2]), load(&places[3]));
+    let all = Places { u: load(&places[0]), v: load(&places[1]), x: load(&places[2]), y: load(&places[3]) };
+    let [nx, ny, nz] = facing(simd, look, tile, &all);
+    let Places { u, v, x, y } = all;
     // The surface is met at `s + t (q_w s - p)`, `1/t = facing / distance`.
     let k = &plane.facing;
     let facing =
@@ -191,7 +185,8 @@ fn aim<S: Simd>(
     let turned = |row: Vec3| at[0] * row.x + at[1] * row.y + at[2] * row.z;
     let from = [turned(rows[0]), turned(rows[1]), turned(rows[2])];
     rays.from = [from[0].to_array(), from[1].to_array(), from[2].to_array()];
-    let n = [load(&normal[0]), load(&normal[1]), load(&normal[2])];
+    let normal = |row: Vec3| nx * row.x + ny * row.y + nz * row.z;
+    let n = [normal(rows[0]), normal(rows[1]), normal(rows[2])];
     let face = plane.normal.as_vec3();
     let face = Vec3::from_array(rows.map(|row| row.dot(face)));
     if !sun.is_soft() {
