@@ -260,3 +260,32 @@ fn shadows_are_the_same_bytes_on_every_machine() {
         }
     }
 }
+
+#[test]
+fn falloff_is_that_of_the_whole_lens_in_focus_and_out() {
+    for stretch in [1.0, 1.03] {
+        let setting = Setting { front: [0.0, 0.0], rear: [0.0, 0.0], f_number: 1.8, stretch, rise: 0.0 };
+        let camera = camera(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 150.0, setting);
+        let mut surfaces = Surfaces { materials: vec![plain([0.0; 3])], ..Default::default() };
+        surfaces.materials[0].emission = [0.5; 3];
+        let corner = |x: f64, y: f64| DVec3::new(20.0 * x, 20.0 * y, 0.0);
+        quad(
+            &mut surfaces,
+            [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+            1.0,
+            0,
+        );
+        for share in [false, true] {
+            let mut scene = scene(&camera, surfaces.clone(), 80, 256);
+            (scene.render.falloff, scene.render.share_shading) = (true, share);
+            let (picture, _) = render(&scene, Execution::default()).unwrap();
+            let middle =
+                [(39, 31), (40, 31), (39, 32), (40, 32)].map(|(x, y)| f64::from(picture.pixel(x, y)[0]));
+            // The mean of d^4 / (d^2 + s^2)^2 over a disk of radius R is d^2 / (d^2 + R^2).
+            let (d, r) = (scene.optics.film_center().length(), scene.optics.aperture_radius());
+            let wanted = 0.5 * d * d / (d * d + r * r);
+            let found = middle.iter().sum::<f64>() / 4.0;
+            assert!((found / wanted - 1.0).abs() < 1e-3, "{stretch}, {share}: {found} for {wanted}");
+        }
+    }
+}

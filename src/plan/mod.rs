@@ -87,7 +87,10 @@ impl RenderPlan {
         // Only these are worth leaving out; what is not in view costs nothing anyway.
         let dropped = |name: EffectName| {
             let small = || match name {
-                EffectName::Defocus => !Seen::has_blur_of(scene, scale * BLUR_PX),
+                EffectName::Defocus => {
+                    !Seen::has_blur_of(scene, scale * BLUR_PX)
+                        && falloff_over_lens(scene) < scale * scale * FALLOFF
+                }
                 EffectName::ApertureShape => {
                     !Seen::has_blur_of(scene, scale * SHAPE_PX) && !has_diffraction()
                 }
@@ -158,7 +161,16 @@ fn reason(scene: &Scene, seen: &Seen, name: EffectName, scale: f64) -> (bool, bo
         EffectName::Defocus => {
             let threshold = scale * BLUR_PX;
             let because = format!("largest blur {}, threshold {threshold:.2} px", pixels(largest));
-            (true, largest >= threshold, because)
+            let (falloff, least) = (falloff_over_lens(scene), scale * scale * FALLOFF);
+            if largest < threshold && falloff >= least {
+                (
+                    true,
+                    true,
+                    format!("{because}, but falloff over the lens {falloff:.4}, threshold {least:.4}"),
+                )
+            } else {
+                (true, largest >= threshold, because)
+            }
         }
         EffectName::Antialiasing => (true, true, "each pixel is the mean over its square".into()),
         EffectName::Textures => {
@@ -237,20 +249,42 @@ fn penumbra(scene: &Scene) -> f64 {
     2.0 * libm::tan((0.5 * sun.angular_diameter.as_radians()).min(1.5)) * extent * drawn
 }
 
+/// The film's corners and centre.
+const FILM: [(f64, f64); 5] = [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5), (0.0, 0.0)];
+
+/// The weight of light from a lens point, in aperture radii, to a point of [`FILM`]: not normalized.
+fn weight_of_light(scene: &Scene, (x, y): (f64, f64), (u, v): (f64, f64)) -> f64 {
+    let optics = &scene.optics;
+    let film = optics.camera().film;
+    let lens = optics.lens_point(u, v) * optics.aperture_radius();
+    let r = optics.film_point(x * film.width.as_metres(), y * film.height.as_metres()) - lens;
+    optics.axis().dot(r).abs() * optics.film_normal().dot(r).abs() / (r.length_squared() * r.length_squared())
+}
+
 /// How far the weight of light is from 1, at most, at the film's corners through the middle and the rim of the lens.
 fn largest_falloff(scene: &Scene) -> f64 {
-    let optics = &scene.optics;
-    let (axis, normal) = (optics.axis(), optics.film_normal());
-    let raw = |r: DVec3| axis.dot(r).abs() * normal.dot(r).abs() / (r.length_squared() * r.length_squared());
-    let center = raw(optics.film_center());
-    let film = optics.camera().film;
-    let (w, h) = (0.5 * film.width.as_metres(), 0.5 * film.height.as_metres());
-    let mut most = 0.0f64;
-    for (x, y) in [(-w, -h), (w, -h), (-w, h), (w, h), (0.0, 0.0)] {
-        for (u, v) in [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
-            let lens = optics.lens_point(u, v) * optics.aperture_radius();
-            most = most.max((raw(optics.film_point(x, y) - lens) / center - 1.0).abs());
-        }
+    let center = weight_of_light(scene, (0.0, 0.0), (0.0, 0.0));
+    let lens = [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
+    let far = |film: (f64, f64)| {
+        let each = lens.map(|lens| (weight_of_light(scene, film, lens) / center - 1.0).abs());
+        each.into_iter().fold(0.0, f64::max)
+    };
+    FILM.map(far).into_iter().fold(0.0, f64::max)
+}
+
+/// How much less light arrives through the whole lens, on the mean over its area, than through its centre, at most, where
+/// falloff is wanted: a picture through the centre alone would be brighter by that.
+fn falloff_over_lens(scene: &Scene) -> f64 {
+    if !asks(scene, EffectName::Falloff) || scene.render.effects.without.has(EffectName::Falloff) {
+        return 0.0;
     }
-    most
+    let center = weight_of_light(scene, (0.0, 0.0), (0.0, 0.0));
+    // A ring that halves the area has the disk's mean of all up to cubes.
+    let ring = std::f64::consts::FRAC_1_SQRT_2;
+    let lens = [(ring, 0.0), (-ring, 0.0), (0.0, ring), (0.0, -ring)];
+    let less = |film: (f64, f64)| {
+        let mean = lens.map(|lens| weight_of_light(scene, film, lens)).iter().sum::<f64>() / 4.0;
+        ((mean - weight_of_light(scene, film, (0.0, 0.0))) / center).abs()
+    };
+    FILM.map(less).into_iter().fold(0.0, f64::max)
 }

@@ -10,7 +10,7 @@ use crate::raster::visibility::{Group, NOTHING, REGION};
 use crate::raster::{self, BATCHES, LANES, TILE};
 use crate::sampling;
 use crate::sampling::runs::Run;
-use crate::shade::{LaneSums, Look, Place, Rays, Samples, SunSamples};
+use crate::shade::{LaneSums, Look, Rays, Samples, SunSamples};
 use glam::{Vec2, Vec3, Vec4};
 use std::cell::RefCell;
 use std::ops::Range;
@@ -157,10 +157,6 @@ impl Picture<'_> {
             focal_length: self.view.focal_length as f32,
             radius: self.view.radius as f32,
         };
-        let falloff = self
-            .falloff
-            .as_ref()
-            .map(|falloff| |place: Place, ray: Vec3| falloff.weight(&self.view, ray.as_dvec3(), place));
         sums.resize((TILE * TILE) as usize, [Vec3::ZERO; 2]);
         let part = Part {
             tile,
@@ -227,7 +223,7 @@ impl Picture<'_> {
                     rays: &rays,
                     pattern: &pattern,
                     single: !self.shared,
-                    falloff: falloff.as_ref().map(|falloff| falloff as &dyn Fn(Place, Vec3) -> f32),
+                    falloff: self.falloff.as_ref(),
                 };
                 let pixel = |block: u32, lane: usize| self.pixel_key(tile, &pattern, batch, block)(lane);
                 let sun = self.shadows.as_ref().map(|sun| {

@@ -3,7 +3,7 @@
 use crate::optics::Optics;
 use crate::raster::view::View;
 use crate::scene::Scene;
-use crate::shade::Place;
+use crate::shade::Falloff;
 use glam::{DVec3, DVec4};
 
 /// The lens frame in the world: `x` along `ex`, `y` along `ey`, `z` along the lens axis. Left-handed, which
@@ -29,6 +29,11 @@ impl<'a> LensFrame<'a> {
 
     pub(super) fn point(&self, world: DVec3) -> DVec3 {
         self.turn(self.optics.world_from_lens().point_inverse(world))
+    }
+
+    /// How light falls off over the film.
+    pub(super) fn falloff(&self) -> Falloff {
+        Falloff::new(self.turn(self.optics.film_normal()), self.turn(self.optics.film_center()))
     }
 
     /// The camera for the rasterizer, with an aperture of this radius in metres, 0 where all is drawn as through a pinhole.
@@ -72,33 +77,5 @@ impl<'a> LensFrame<'a> {
             least_w: near * (-optics.film_plane().e - radius * slope) / deepest,
             spread: [0.0; 2],
         }
-    }
-}
-
-/// `cos(lens) cos(film) / r^2`, relative to lens centre and film centre.
-pub(super) struct Falloff {
-    normal: DVec3,
-    center: f64,
-}
-
-impl Falloff {
-    pub(super) fn new(optics: &Optics, frame: &LensFrame<'_>) -> Self {
-        let normal = frame.turn(optics.film_normal());
-        let mut falloff = Self { normal, center: 1.0 };
-        falloff.center = falloff.raw(frame.turn(optics.film_center()));
-        falloff
-    }
-
-    /// For the vector from lens point to film point.
-    pub(super) fn raw(&self, r: DVec3) -> f64 {
-        let square = r.length_squared();
-        r.z.abs() * self.normal.dot(r).abs() / (square * square)
-    }
-
-    pub(super) fn weight(&self, view: &View, ray: DVec3, place: Place) -> f32 {
-        // ray = q_w s - p, so p - s = (q_w - 1) s - ray.
-        let s = DVec3::new(f64::from(place.u), f64::from(place.v), 0.0) * view.radius;
-        let weight = -ray.z / view.focal_length;
-        (self.raw(s * weight - ray) / self.center) as f32
     }
 }

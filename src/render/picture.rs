@@ -2,7 +2,7 @@
 
 use super::diffraction::{FilmDiffraction, NO_RINGS};
 use super::draw::TileScratch;
-use super::frame::{Falloff, LensFrame};
+use super::frame::LensFrame;
 use super::highlights::Highlights;
 use super::pattern::{Points, Splits};
 use super::stages::{Stages, Stopwatch};
@@ -14,7 +14,7 @@ use crate::raster::bin::{Bins, Triangles};
 use crate::raster::view::{LensCell, View};
 use crate::sampling::{self, ApertureShape, runs};
 use crate::scene::{EffectName, Material, Scene, Sun, Surfaces};
-use crate::shade::{Shader, ShadowSun};
+use crate::shade::{Falloff, Shader, ShadowSun};
 use fearless_simd::Level;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -147,7 +147,7 @@ impl<'a> Picture<'a> {
         // Below 16 samples a pixel hardly any would share, and displaced ones lie too far from each other.
         let shared = scene.render.share_shading && streams >= 16 && diffraction.is_none();
         let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, scene.up, |v| frame.vector(v));
-        let falloff = active.has(EffectName::Falloff).then(|| Falloff::new(optics, &frame));
+        let falloff = active.has(EffectName::Falloff).then(|| frame.falloff());
         let gain = libm::exp2(scene.render.exposure_ev) as f32;
         let highlights = match &diffraction {
             Some(diffraction) => Highlights::new(scene, &view, positions, gain, &diffraction.rings(&view)),

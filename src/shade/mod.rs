@@ -11,6 +11,7 @@
 
 mod coordinates;
 mod cutout;
+mod falloff;
 mod filter;
 mod gather;
 mod look;
@@ -21,6 +22,7 @@ mod shadows;
 mod sun;
 mod texels;
 
+pub(crate) use falloff::Falloff;
 pub(crate) use look::Look;
 pub(crate) use samples::{LaneSums, Rays, Samples};
 pub(crate) use shadowed::SunSamples;

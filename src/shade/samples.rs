@@ -1,7 +1,7 @@
 //! The samples of up to four batches in one tile, as shading takes them: the rays of the tile, where groups of samples lie,
 //! and which pixels they belong to.
 
-use super::Place;
+use super::{Falloff, Place};
 use crate::raster::view::{Batch, Pattern, from_center};
 use crate::raster::visibility::{Group, batches_of};
 use crate::raster::{BATCHES, LANES, TILE};
@@ -19,14 +19,7 @@ pub(crate) struct Rays {
 }
 
 impl Rays {
-    /// The direction from the lens point: `q_w s - p`.
-    #[inline]
-    pub(crate) fn at(&self, place: Place) -> Vec3 {
-        let p = self.p + self.dx * place.x + self.dy * place.y;
-        let weight = (1.0 + p.z / self.focal_length) * self.radius;
-        Vec3::new(weight * place.u, weight * place.v, 0.0) - p
-    }
-
+    /// The directions from the lens points: `q_w s - p`.
     #[inline(always)]
     pub(super) fn at_all<S: Simd>(&self, simd: S, at: &Places<S>) -> [f32x16<S>; 3] {
         let px = at.x * self.dx.x + at.y * self.dy.x + self.p.x;
@@ -107,8 +100,7 @@ pub(crate) struct Samples<'a> {
     pub pattern: &'a Pattern,
     /// Every group is a single sample, and looks into the texture exactly there.
     pub single: bool,
-    /// What part of the light arrives, by place and direction.
-    pub falloff: Option<&'a dyn Fn(Place, Vec3) -> f32>,
+    pub falloff: Option<&'a Falloff>,
 }
 
 /// Sums of the even and the odd samples of each pixel of a tile: red, green and blue.
@@ -156,11 +148,10 @@ impl Samples<'_> {
 
     /// Adds the light of a group's even and odd samples to its pixel.
     #[inline(always)]
-    pub(super) fn add(&self, group: &Group, mut colors: [Vec4; 2], sums: &mut Sums) {
+    pub(super) fn add<S: Simd>(&self, simd: S, group: &Group, mut colors: [Vec4; 2], sums: &mut Sums) {
         if let Some(falloff) = self.falloff {
-            let place = self.place(group);
-            let weight = falloff(place, self.rays.at(place));
-            colors = [colors[0] * weight, colors[1] * weight];
+            let [even, odd] = falloff.means(simd, self, group);
+            colors = [colors[0] * even, colors[1] * odd];
         }
         let mut pixel = self.pattern.corner(u32::from(group.block));
         if self.single {

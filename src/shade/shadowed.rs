@@ -251,6 +251,6 @@ fn surface<S: Simd>(
             colors =
                 [0, 1].map(|half: usize| emission * counts[half] + all[half] * ambient + lit[half] * color);
         }
-        samples.add(group, colors, sums);
+        samples.add(simd, group, colors, sums);
     }
 }
