@@ -153,7 +153,8 @@ fn the_program_lists_writes_draws_and_checks_figures() {
     assert!(mixed.out.contains("side-view.svg is stale"), "{}", mixed.out);
     let plot = "kind = \"plot\" # 字\n[[series]]\nname = \"a 字\"\nx = [1, 2]\ny = [1, 2]\n";
     fs::write(folder.join("glyph.toml"), plot).unwrap();
-    run(&["diagram", "glyph.toml"]).expect(2, &["glyph.toml:3:11", "no glyph", "use Latin letters"]);
+    run(&["diagram", "glyph.toml"])
+        .expect(2, &["glyph.toml:3:11", "no glyph", "use Latin, Greek or Cyrillic letters"]);
     // A kind that draws files of its reader's says so.
     for (kind, key) in [("figure-1", "scenes"), ("view-pair", "picture"), ("heat-map", "data")] {
         let new = run(&["diagram", "--new", kind]);

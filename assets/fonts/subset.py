@@ -14,10 +14,13 @@ from fontTools.ttLib import TTFont
 
 CHARACTERS = (
     "".join(chr(c) for c in range(0x20, 0x7F))
+    + "".join(chr(c) for c in range(0xA0, 0x180) if c not in (0xAD, 0x149))  # Latin-1, Latin Extended-A
+    + "ȘșȚțẞſ"
     + "".join(chr(c) for c in range(0x391, 0x3CA) if c != 0x3A2)  # Greek
+    + "".join(chr(c) for c in range(0x400, 0x460))  # Cyrillic
     + "ϕϑ"
     + "′″₀₁₂₃₄₅₆₇₈₉⁰¹²³⁴⁵⁶⁷⁸⁹⁻"
-    + "−±×÷°∞≤≥≈µ∥⊥√·…–—‘’“”→←↑↓\u00a0"
+    + "−∞≤≥≈≠∥⊥√∝…–—‘’‚“”„‹›•†‡‰€ƒ№™→←↑↓"
 )
 
 

@@ -70,7 +70,7 @@ pub(crate) fn glyph(face: Face, character: char) -> Result<u16> {
 
 fn missing(character: char) -> Error {
     Error::invalid(format!("the diagrams' font has no glyph for `{}`", character.escape_default()))
-        .remedy("use Latin letters, Greek letters, digits and common signs")
+        .remedy("use Latin, Greek or Cyrillic letters, digits and common signs")
 }
 
 /// The width of some runs, in ems.
