@@ -97,11 +97,12 @@ impl Extent {
     }
 }
 
-/// How far along the axis a plane is crossed, when in front and finite.
+/// How often the axis, as the section shows it, goes from the lens to where it crosses a plane's trace; when in front and finite.
+/// Where the section holds the axis these are metres along it.
 pub(crate) fn crossing(scene: &Scene, plane: Plane) -> Option<f64> {
-    let a = scene.optics.axis();
-    let at = plane.meet_ray(DVec3::ZERO, a);
-    let t = a.dot(at.xyz) / at.w;
+    let [u, v] = scene.section.project(scene.optics.axis());
+    let [mu, mv, e] = scene.section.trace(plane);
+    let t = -e / (mu * u + mv * v);
     (t > 0.0 && t.is_finite()).then_some(t)
 }
 

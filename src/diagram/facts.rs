@@ -1,8 +1,8 @@
 //! The figure's numbers in words. In: the scene. Out: caption lines and the description of the file.
 
-use super::lines::whither;
 use super::parts::Scene;
 use super::section::{Pierce, View};
+use super::whereabouts::cut;
 use super::words::{length, short};
 use crate::camera::{Camera, Standard};
 use crate::geometry::{Line, Plane};
@@ -111,10 +111,17 @@ fn rules(scene: &Scene) -> Vec<String> {
 
 fn where_is(scene: &Scene, line: Line, hinge: bool) -> String {
     let distance = length(line.distance_from_origin());
-    let distance = if hinge { format!("*J* = {distance}") } else { distance };
+    let j = if hinge { "*J* = " } else { "" };
     match scene.section.pierce(line) {
         Pierce::AtInfinity => "at infinity".to_owned(),
-        Pierce::At(p) => format!("{distance} {}", whither(&scene.section, p)),
-        Pierce::Parallel | Pierce::Within(..) => format!("{distance} away, parallel to this section"),
+        Pierce::At(p) => {
+            let cut = cut(&scene.section, line, p);
+            match (cut.is_square, hinge) {
+                (true, _) => format!("{j}{distance} {}", cut.way),
+                (false, true) => format!("{j}{distance}, cut {} {}", cut.distance, cut.way),
+                (false, false) => format!("cut {} {}", cut.distance, cut.way),
+            }
+        }
+        Pierce::Parallel | Pierce::Within(..) => format!("{j}{distance} away, parallel to this section"),
     }
 }

@@ -7,8 +7,9 @@ use super::panel::PageLine;
 use super::parts::{Role, Scene, camera_height};
 use super::place::Weight;
 use super::planes::along;
-use super::section::{Pierce, SectionPlane, View};
+use super::section::Pierce;
 use super::theme::{self, Hue, solid};
+use super::whereabouts::{self, Cut};
 use super::{extent, words};
 use crate::geometry::Line;
 
@@ -61,9 +62,8 @@ pub(crate) fn line_point(
                 }
             } else {
                 canvas.group(Group::off_page(part, "beyond"));
-                let way =
-                    format!("{} {}", words::length(line.distance_from_origin()), whither(&scene.section, p));
-                border_arrow(canvas, role, &format!("{name}\n{way}"), p, hue);
+                let Cut { distance, way, .. } = whereabouts::cut(&scene.section, line, p);
+                border_arrow(canvas, role, &format!("{name}\n{distance} {way}"), p, hue);
             }
         }
     }
@@ -100,35 +100,6 @@ fn border_arrow(canvas: &mut Canvas, role: Role, words: &str, p: [f64; 2], hue: 
     canvas.label(if role == Role::Inset { label.optional() } else { label });
 }
 
-/// The way to a section point in words.
-pub(crate) fn whither(section: &SectionPlane, p: [f64; 2]) -> &'static str {
-    let upright = section.view != View::Top && section.v.y.abs() >= 0.5;
-    match (p[1].abs() >= p[0].abs(), upright) {
-        (true, true) => {
-            if p[1] * section.v.y >= 0.0 {
-                "above"
-            } else {
-                "below"
-            }
-        }
-        // Without a clear up the section's own up is the camera's left or right.
-        (true, false) => {
-            if p[1] * section.v.x <= 0.0 {
-                "to the left"
-            } else {
-                "to the right"
-            }
-        }
-        (false, _) => {
-            if p[0] >= 0.0 {
-                "ahead"
-            } else {
-                "behind"
-            }
-        }
-    }
-}
-
 /// Where the focus plane is when the panel does not show it.
 pub(crate) fn focus_arrow(scene: &Scene, canvas: &mut Canvas, role: Role) {
     let optics = scene.optics;
@@ -137,13 +108,17 @@ pub(crate) fn focus_arrow(scene: &Scene, canvas: &mut Canvas, role: Role) {
     if plane.is_at_infinity() {
         border_arrow(canvas, role, "focus plane\nat infinity", ahead, scene.theme.focus);
     } else if let Some(t) = extent::crossing(scene, plane) {
-        let words = format!("focus plane\n{} ahead", words::length(t));
+        // Along the axis, or what the section shows of it.
+        let words = format!("focus plane\n{} ahead", words::length(t * libm::hypot(ahead[0], ahead[1])));
         border_arrow(canvas, role, &words, ahead, scene.theme.focus);
     }
 }
 
-/// Merklinger's J, from the lens centre to the hinge line, named on the film-parallel plane.
-pub(crate) fn distance_j(canvas: &mut Canvas, hinge: [f64; 2]) {
+/// Merklinger's J, from the lens centre to the hinge line, named on the film-parallel plane; where it can be measured there.
+pub(crate) fn distance_j(scene: &Scene, canvas: &mut Canvas, hinge: [f64; 2]) {
+    if !whereabouts::is_square(&scene.section, scene.optics.hinge_line()) {
+        return;
+    }
     let panel = canvas.panel;
     let (from, to) = (panel.origin, panel.page(hinge));
     if panel.holds(to, 0.0) && distance(from, to) > 9.0 {

@@ -66,6 +66,7 @@ mod section;
 mod sheet;
 mod subject;
 mod theme;
+mod whereabouts;
 mod words;
 
 pub use display_list::{

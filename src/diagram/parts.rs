@@ -278,7 +278,7 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
         && role.names_scene()
         && ["dimension", "film-parallel", "hinge-line"].iter().all(|part| scene.shows(part))
     {
-        distance_j(canvas, p);
+        distance_j(scene, canvas, p);
     }
     if role.names_camera() {
         if scene.shows("dimension") {

@@ -171,7 +171,7 @@ pub(crate) fn plain(marked: &str) -> String {
     lettering::runs(marked).into_iter().map(|run| run.text).collect()
 }
 
-/// Facts joined to lines of at most this width (mm).
+/// Facts joined to lines of at most this width (mm); what is longer is broken between words.
 ///
 /// # Errors
 /// When a glyph is missing.
@@ -185,7 +185,7 @@ pub(crate) fn flow(facts: &[String], width: f64) -> Result<Vec<String>> {
                 continue;
             }
         }
-        lines.push(fact.clone());
+        lines.extend(broken(fact, width)?);
     }
     Ok(lines)
 }

@@ -6,6 +6,9 @@ use glam::DVec3;
 /// A lens that covers more than this from side to side is rare.
 const WIDE_DEGREES: f64 = 105.0;
 
+/// Focal lengths beyond which a plane's crossing of the axis is said to be at infinity.
+const PARALLEL: f64 = 1e9;
+
 impl Optics {
     /// The largest angle from the lens axis to a film corner, radians, and the diameter of the image circle about the
     /// axis that the film needs, metres.
@@ -38,9 +41,11 @@ impl Optics {
                 angle.to_degrees()
             ));
         }
-        // The focus plane crosses the axis behind the lens, or nowhere: what lies before the lens is out of focus.
+        // The focus plane crosses the axis behind the lens: what lies before the lens on it is out of focus. Farther off than
+        // this it is parallel to the axis but for rounding.
         let cut = self.focus_plane().meet_ray(DVec3::ZERO, self.axis());
-        if cut.xyz.dot(self.axis()) * cut.w < 0.0 {
+        let along = cut.xyz.dot(self.axis()) / cut.w;
+        if along < 0.0 && along > -PARALLEL * self.focal_length() {
             list.push("the focus plane crosses the lens axis behind the lens".to_owned());
         }
         list

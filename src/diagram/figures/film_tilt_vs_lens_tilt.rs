@@ -55,20 +55,30 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let bounds = bounds.unwrap_or([0.0, 0.0, 1.0, 1.0]);
     let turned = |optics: &Optics| {
         let camera = optics.camera();
-        let moved = facts::moved(camera, ["front", "rear"]);
-        format!("{}, extension {:.1} mm", moved.join(", "), camera.extension.as_millimetres())
+        let mut settings = facts::moved(camera, ["front", "rear"]);
+        settings.push(format!("extension {:.1} mm", camera.extension.as_millimetres()));
+        settings.join(", ")
     };
     let upright = stage.page.size[0] < NARROW;
     let [first, second] = if upright { ["Above", "Below"] } else { ["Left", "Right"] };
-    let sentences = [
-        format!("One plane is sharp in both. {first}, the lens is turned: {}.", turned(lens)),
-        format!(
-            "{second}, the film: {}. Turning the film changes the shape of the picture, turning the lens does not.",
-            turned(&film)
-        ),
-    ];
+    let is_parallel = lens.hinge_distance().is_none();
+    let sentences = if is_parallel {
+        vec![
+            "Lens and film are parallel, and the plane to be sharp is parallel to both: nothing is to be turned.".to_owned(),
+            stage::camera_sentence(&stage.scene_of(lens)),
+        ]
+    } else {
+        vec![
+            format!("One plane is sharp in both. {first}, the lens is turned: {}.", turned(lens)),
+            format!(
+                "{second}, the film: {}. Turning the film changes the shape of the picture, turning the lens does not.",
+                turned(&film)
+            ),
+        ]
+    };
     let (mut sheet, frame) = stage::begin(&stage, &sentences)?;
-    let both = [(lens, "lens-tilt", "lens turned"), (&film, "film-tilt", "film turned")];
+    let words = if is_parallel { ["", ""] } else { ["lens turned", "film turned"] };
+    let both = [(lens, "lens-tilt", words[0]), (&film, "film-tilt", words[1])];
     for ((optics, name, words), frame) in both.into_iter().zip(stage::split(frame, 2, upright)) {
         let mut scene = stage.scene_of(optics);
         let panel = extent::fit(bounds, frame, 4.0);

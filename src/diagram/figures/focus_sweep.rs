@@ -49,7 +49,9 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         all.push(Optics::new(&Camera { extension: Length::millimetres(extension), ..own })?);
     }
     let scene = stage.scene();
-    let most = 30.0 * scene.optics.focal_length();
+    // Parallel planes have no hinge line to be near to.
+    let most =
+        if scene.optics.hinge_distance().is_none() { 80.0 } else { 30.0 } * scene.optics.focal_length();
     let mut points: Vec<[f64; 2]> =
         all.iter().filter_map(|optics| stage::on_axis(&scene, optics.focus_plane(), 0.5 * most)).collect();
     points.extend(stage::near_point(&scene, scene.optics.hinge_line(), most));
@@ -60,14 +62,24 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let rule = match scene.optics.hinge_distance() {
         Some(j) => format!(
             "As the extension goes from {} to {} mm the focus plane turns about the hinge line, *J* = {} from the lens: \
-             film and lens keep their directions.",
+             film and lens keep their directions.{}",
             short(extensions.iter().copied().fold(f64::INFINITY, f64::min)),
             short(extensions.iter().copied().fold(0.0, f64::max)),
-            length(j)
+            length(j),
+            stage::slanted(&scene)
         ),
-        None => "Lens and film are parallel: the hinge line is at infinity, and focusing moves the focus plane along \
-                 the axis."
-            .to_owned(),
+        None => {
+            let distances = all.iter().zip(&extensions).map(|(optics, &extension)| {
+                let at = stage::on_axis(&scene, optics.focus_plane(), f64::INFINITY);
+                let at = at.map_or("none ahead".to_owned(), |p| length(libm::hypot(p[0], p[1])));
+                format!("{} mm: {at}", short(extension))
+            });
+            format!(
+                "Lens and film are parallel: the hinge line is at infinity, and focusing moves the focus plane along \
+                 the axis: {}.",
+                distances.collect::<Vec<_>>().join(", ")
+            )
+        }
     };
     let sentences = [rule, stage::camera_sentence(&scene)];
     stage::single(&stage, scene, bounds, "Focusing", &sentences, |scene, canvas| {

@@ -9,6 +9,7 @@ use crate::diagram::display_list::Point;
 use crate::diagram::marks;
 use crate::diagram::parts::Scene;
 use crate::diagram::section::Pierce;
+use crate::diagram::whereabouts;
 use crate::diagram::words::{length, short};
 use crate::error::Result;
 
@@ -46,9 +47,10 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         }
         Some(j) => format!(
             "The plane through the lens parallel to the film and the front focal plane meet in the hinge line, {}, \
-             *J* = *f* / sin θ = {}. Focusing turns the focus plane about it.",
+             *J* = *f* / sin θ = {}. Focusing turns the focus plane about it.{}",
             stage::whereabouts(&scene, optics.hinge_line()),
-            length(j)
+            length(j),
+            stage::slanted(&scene)
         ),
     };
     let sentences = [rule, stage::camera_sentence(&scene)];
@@ -58,10 +60,8 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
 /// J along the film-parallel plane, f square to the front focal plane, and the angle between the two planes.
 pub(crate) fn measures(scene: &Scene, canvas: &mut Canvas) {
     lengths(scene, canvas);
-    let (Some(hinge), true) = (hinge_on(scene, canvas), scene.section.holds(scene.optics.axis())) else {
-        return;
-    };
     let optics = scene.optics;
+    let (Some(hinge), true) = (hinge_on(scene, canvas), stage::shows_angles(scene)) else { return };
     let lens = canvas.panel.page([0.0, 0.0]);
     let focus = stage::page_of(scene, &canvas.panel, optics.axis() * optics.focal_length());
     let between = libm::acos(optics.axis().dot(-optics.film_normal()).clamp(-1.0, 1.0)).to_degrees();
@@ -95,7 +95,7 @@ pub(crate) fn lengths(scene: &Scene, canvas: &mut Canvas) {
     let off = 0.62 * crate::diagram::parts::camera_height(scene) * canvas.panel.scale + 2.5;
     marks::dimension(canvas, lens, focus, if left { off } else { -off }, "*f*", theme.quiet);
     marks::right_angle(canvas, focus, a.map(|x| -x), [-a[1], a[0]], theme.quiet);
-    if let Some(hinge) = hinge {
+    if let Some(hinge) = hinge.filter(|_| whereabouts::is_square(&scene.section, optics.hinge_line())) {
         marks::dimension(canvas, lens, hinge, if left { -3.5 } else { 3.5 }, "*J*", theme.hinge.word);
     }
 }

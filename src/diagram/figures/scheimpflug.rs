@@ -52,7 +52,10 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
 /// The angles at the line, from the film plane to the lens plane.
 fn angles(scene: &Scene, canvas: &mut Canvas) {
     let optics = scene.optics;
-    let Pierce::At(p) = scene.section.pierce(optics.scheimpflug_line()) else { return };
+    let (Pierce::At(p), true) = (scene.section.pierce(optics.scheimpflug_line()), stage::shows_angles(scene))
+    else {
+        return;
+    };
     let vertex = canvas.panel.page(p);
     let lens = canvas.panel.page([0.0, 0.0]);
     let film = stage::page_of(scene, &canvas.panel, optics.film_center());

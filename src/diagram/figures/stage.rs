@@ -8,12 +8,12 @@ use crate::diagram::canvas::Canvas;
 use crate::diagram::display_list::{Group, Point};
 use crate::diagram::extent::{self, Bounds, Extent};
 use crate::diagram::facts;
-use crate::diagram::lines;
 use crate::diagram::panel::Panel;
 use crate::diagram::parts::{self, PARTS, Role, Scene};
 use crate::diagram::rays;
 use crate::diagram::section::{Pierce, Section, View};
 use crate::diagram::sheet::{self, GUTTER, LEADING, MARGIN, STRIP, Sheet};
+use crate::diagram::whereabouts::{self, Cut, cut};
 use crate::diagram::words;
 use crate::error::{Error, Result};
 use crate::geometry::{Line, Plane};
@@ -273,6 +273,21 @@ pub(crate) fn end(
     sheet.finish(title, description.join(" "))
 }
 
+/// Whether the angle between lens and film is seen in the section as it is.
+pub(crate) fn shows_angles(scene: &Scene) -> bool {
+    scene.section.holds(scene.optics.axis()) && scene.section.holds(scene.optics.film_normal())
+}
+
+/// What is to be said beside a distance of the hinge line that cannot be measured in the section.
+pub(crate) fn slanted(scene: &Scene) -> &'static str {
+    let hinge = scene.optics.hinge_line();
+    if hinge.is_at_infinity() || whereabouts::is_square(&scene.section, hinge) {
+        ""
+    } else {
+        " (This section is not square to the hinge line, and cuts it farther off.)"
+    }
+}
+
 /// How the section stands, in words.
 pub(crate) fn view_name(scene: &Scene) -> &'static str {
     match scene.section.view {
@@ -297,11 +312,10 @@ pub(crate) fn whereabouts(scene: &Scene, line: Line) -> String {
     match scene.section.pierce(line) {
         Pierce::AtInfinity => "at infinity".to_owned(),
         Pierce::At(p) => {
-            let way = lines::whither(&scene.section, p);
-            format!("{} {way} the lens", words::length(line.distance_from_origin()))
-                .replace("ahead the", "ahead of the")
-                .replace("to the left the", "to the left of the")
-                .replace("to the right the", "to the right of the")
+            let Cut { distance, way, is_square } = cut(&scene.section, line, p);
+            let of = if way.contains("right") || way.contains("left") || way == "ahead" { " of" } else { "" };
+            let here = if is_square { "" } else { " in this section" };
+            format!("{distance} {way}{of} the lens{here}")
         }
         Pierce::Parallel | Pierce::Within(..) => {
             format!("{} from the lens", words::length(line.distance_from_origin()))

@@ -63,8 +63,12 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         .collect();
     let sentences = [
         format!(
-            "The more the lens is tilted, the nearer the hinge line, *J* = *f* / sin θ: {}.",
-            journey.join(", ")
+            "The more the lens is tilted, the nearer the hinge line, *J* = *f* / sin θ: {}.{}",
+            journey.join(", "),
+            all.iter()
+                .map(|optics| stage::slanted(&stage.scene_of(optics)))
+                .find(|note| !note.is_empty())
+                .unwrap_or("")
         ),
         stage::camera_sentence(&scene),
     ];

@@ -60,7 +60,10 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let circle = stage.subject.circle;
     let bounds = stage::around_limits(&scene)?;
     let meeting = match optics.hinge_distance() {
-        Some(j) => format!("All limits meet in the hinge line, *J* = {} from the lens.", length(j)),
+        Some(j) => {
+            let note = stage::slanted(&scene);
+            format!("All limits meet in the hinge line, *J* = {} from the lens.{note}", length(j))
+        }
         None => "Lens and film are parallel: the limits are parallel too, their hinge line is at infinity."
             .to_owned(),
     };
