@@ -22,8 +22,8 @@ pub(super) fn write_whole(
     fill: impl FnOnce(&mut BufWriter<Limited>) -> Result<()>,
 ) -> Result<()> {
     refuse_inputs(target, read)?;
-    let temporary = Temporary::beside(target)?;
-    let mut writer = BufWriter::new(temporary.create()?);
+    let (temporary, file) = Temporary::create(target)?;
+    let mut writer = BufWriter::new(file);
     fill(&mut writer)?;
     let failed = |error: io::Error| broken(target, &error);
     let file = writer.into_inner().map_err(|error| failed(error.into_error()))?;
@@ -37,7 +37,7 @@ pub(super) fn write_whole(
 /// As for [`write_whole`].
 pub(super) fn check(target: &Path, read: &[PathBuf]) -> Result<()> {
     refuse_inputs(target, read)?;
-    Temporary::beside(target)?.create().map(drop)
+    Temporary::create(target).map(drop)
 }
 
 /// Refuses a `target` that is one of the files in `read`, under whatever name.
@@ -149,7 +149,7 @@ impl Drop for Folder {
     }
 }
 
-/// A file beside the target that is removed when dropped, unless renamed.
+/// A file beside the target that this run made, and that is removed when dropped, unless renamed.
 struct Temporary {
     path: PathBuf,
     target: PathBuf,
@@ -157,8 +157,11 @@ struct Temporary {
     shown: PathBuf,
 }
 
+/// Names tried for a temporary file. A run that was killed leaves one behind, and in a container every run may be process 1.
+const NAMES: u32 = 1000;
+
 impl Temporary {
-    fn beside(target: &Path) -> Result<Self> {
+    fn create(target: &Path) -> Result<(Self, Limited)> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let settled = settle(target)?;
         let Some(name) = settled.file_name() else {
@@ -166,14 +169,24 @@ impl Temporary {
         };
         // Long names are cut: the system limits a name's length, and the suffix must fit.
         let stem: String = name.to_string_lossy().chars().take(32).collect();
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let name = format!(".{stem}.{}-{count}.part", std::process::id());
-        Ok(Self { path: settled.with_file_name(name), target: settled, shown: target.to_path_buf() })
-    }
-
-    fn create(&self) -> Result<Limited> {
-        let open = || OpenOptions::new().write(true).create_new(true).open(&self.path).map(Limited::new);
-        interrupt::register(&self.path, open).map_err(|error| broken(&self.shown, &error))
+        for _ in 0..NAMES {
+            let count = COUNT.fetch_add(1, Ordering::Relaxed);
+            let path = settled.with_file_name(format!(".{stem}.{}-{count}.part", std::process::id()));
+            let open = || OpenOptions::new().write(true).create_new(true).open(&path).map(Limited::new);
+            match interrupt::register(&path, open) {
+                Ok(file) => return Ok((Self { path, target: settled, shown: target.to_path_buf() }, file)),
+                Err(error) => {
+                    // Another's, if it is there.
+                    interrupt::release(&path, || ());
+                    if error.kind() != io::ErrorKind::AlreadyExists {
+                        return Err(broken(target, &error));
+                    }
+                }
+            }
+        }
+        Err(Error::new(ErrorKind::Io, "cannot be written: its folder is full of unfinished files")
+            .in_file(target.display().to_string())
+            .remedy(format!("remove the files .{stem}.*.part in it")))
     }
 
     fn finish(self) -> Result<()> {
@@ -229,6 +242,18 @@ mod tests {
         write_text(&target, &[], "two").unwrap();
         assert_eq!(std::fs::read_to_string(&target).unwrap(), "two");
         assert_eq!(files(folder.path()), ["a.txt"]);
+    }
+
+    #[test]
+    fn unfinished_files_of_other_runs_are_passed_over_and_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let left: Vec<PathBuf> = (0..NAMES / 2)
+            .map(|count| folder.path().join(format!(".a.txt.{}-{count}.part", std::process::id())))
+            .collect();
+        left.iter().for_each(|path| std::fs::write(path, "another's").unwrap());
+        write_text(&folder.path().join("a.txt"), &[], "one").unwrap();
+        assert_eq!(std::fs::read_to_string(folder.path().join("a.txt")).unwrap(), "one");
+        assert!(left.iter().all(|path| std::fs::read_to_string(path).unwrap() == "another's"));
     }
 
     #[test]

@@ -10,6 +10,7 @@ use groundglass::render::{Execution, SimdLevel, render};
 use groundglass::scene::{Budget, Files, Scene, Source};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -97,8 +98,8 @@ impl<'a> Study<'a> {
             measured: Vec::new(),
         };
         let mut truth = None;
-        let found = kept(&folder.join("cost.json"));
-        if let Some(found) = found.and_then(|text| serde_json::from_str::<Table>(&text).ok()) {
+        let found = kept(&folder.join("cost.json"), 16 << 20);
+        if let Some(found) = found.and_then(|text| serde_json::from_slice::<Table>(&text).ok()) {
             let blank = |table: &Table| Table { measured: Vec::new(), ..table.clone() };
             let same = serde_json::to_string(&blank(&found)).ok() == serde_json::to_string(&table).ok();
             if same {
@@ -233,11 +234,23 @@ impl<'a> Study<'a> {
 
 /// The converged picture of an earlier run, if it is there and whole.
 fn converged(path: &Path, table: &Table) -> Option<Exposure> {
+    let (width, height) = (table.width as usize, table.height as usize);
+    let area = width.checked_mul(height)?;
+    // No compression makes noise larger than it is by as much.
+    let bytes = kept(path, 16 * area as u64 + (1 << 20))?;
+    // A damaged file may claim any size, and room is made for that before anything is read.
+    let head = exr::meta::MetaData::read_from_buffered(Cursor::new(&bytes), false).ok()?;
+    let is_ours = |header: &exr::meta::header::Header| {
+        (header.layer_size.width(), header.layer_size.height()) == (width, height)
+    };
+    if !head.headers.iter().all(is_ours) {
+        return None;
+    }
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
         .rgb_channels(
-            |size, _| (size.width(), vec![[0.0f32; 3]; size.area()]),
+            |size, _| (size.width(), vec![[0.0f32; 3]; area]),
             |(width, pixels): &mut (usize, Vec<[f32; 3]>), at, (r, g, b): (f32, f32, f32)| {
                 if let Some(pixel) = pixels.get_mut(at.y() * *width + at.x()) {
                     *pixel = [r, g, b];
@@ -246,11 +259,10 @@ fn converged(path: &Path, table: &Table) -> Option<Exposure> {
         )
         .first_valid_layer()
         .all_attributes()
-        .from_file(path)
+        .from_buffered(Cursor::new(&bytes))
         .ok()?;
-    let size = image.layer_data.size;
     let (_, pixels) = image.layer_data.channel_data.pixels;
-    let is_whole = (size.width(), size.height()) == (table.width as usize, table.height as usize);
+    let is_whole = pixels.iter().flatten().all(|value| value.is_finite());
     is_whole.then(|| {
         let samples = Allocation::Uniform(table.converged_samples);
         Exposure::from_rows(table.width, table.height, &pixels, samples)
@@ -261,9 +273,9 @@ fn converged(path: &Path, table: &Table) -> Option<Exposure> {
 pub(super) fn nothing() -> Error {
     Error::invalid("nothing was measured")
 }
-/// The text of a file of an earlier study, if there is one.
-fn kept(path: &Path) -> Option<String> {
+
+/// A regular file of an earlier study, if there is one and it is no larger than `most`.
+fn kept(path: &Path, most: u64) -> Option<Vec<u8>> {
     let files = Files::new();
-    let bytes = files.argument(path).and_then(|path| files.read(&path, 16 << 20).map(Cow::into_owned));
-    String::from_utf8(bytes.ok()?).ok()
+    files.argument(path).and_then(|path| files.read(&path, most).map(Cow::into_owned)).ok()
 }
