@@ -185,6 +185,10 @@ fn render_writes_the_contracts_numbers() {
     shape.push(("stages", Table(stages.map(|stage| (stage, Of("n"))).into())));
     shape.push(("simd", Of("s")));
     shape.push(("allocation", Of("s")));
+    let names = || List(Box::new(Of("s")));
+    let asked =
+        vec![("max_error", Of("n?")), ("all_effects", Of("b")), ("with", names()), ("without", names())];
+    shape.push(("asked", Table(asked)));
     fits("", &json, &Table(shape));
     assert_eq!((&json["width"], &json["height"], &json["threads"]), (&16.into(), &13.into(), &2.into()));
     assert_eq!(json["samples_per_pixel"], serde_json::json!({ "mean": 8.0, "min": 8, "max": 8 }));

@@ -246,6 +246,15 @@ fn on_the_command_line() {
     std::fs::rename(folder.join("s.json"), folder.join("timed.json")).unwrap();
     run(folder, &words(&["-o", "c.png", "--replay", "timed.json"])).expect(0, &[]);
     assert!(std::fs::read(folder.join("b.png")).unwrap() == std::fs::read(folder.join("c.png")).unwrap());
+    // What effects it has, by flags or by the error, needs not be said again.
+    let flags = ["-o", "f.png", "--without", "defocus", "--all-effects", "--max-error", "0.004"];
+    run(folder, &words(&flags)).expect(0, &[]);
+    std::fs::rename(folder.join("s.json"), folder.join("flags.json")).unwrap();
+    run(folder, &words(&["-o", "g.png", "--replay", "flags.json"])).expect(0, &[]);
+    assert!(std::fs::read(folder.join("f.png")).unwrap() == std::fs::read(folder.join("g.png")).unwrap());
+    assert_eq!(stats()["asked"]["max_error"].as_f64(), Some(0.004));
+    run(folder, &words(&["-o", "g.png", "--replay", "flags.json", "--with", "falloff"]))
+        .expect(2, &["another scene"]);
     // The same from the scene's own keys.
     std::fs::write(folder.join("keys.toml"), text.replace("[render]", "[render]\nmax_error = 0.01")).unwrap();
     run(folder, &["render", "keys.toml", "-o", "k.png"]).expect(0, &[]);

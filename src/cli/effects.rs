@@ -7,7 +7,7 @@ use groundglass::scene::{EffectChoice, EffectName, Scene};
 /// The sun as it is seen from the Earth, in degrees: for `--with soft-shadows` where the scene gives it no disk.
 const SUN_DEGREES: f64 = 0.533;
 
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct EffectArguments {
     /// Compute every effect that the scene asks for, also those too small to be seen
     #[arg(long)]
@@ -21,6 +21,10 @@ pub(super) struct EffectArguments {
 }
 
 impl EffectArguments {
+    pub(super) fn is_empty(&self) -> bool {
+        !self.all_effects && self.with.is_empty() && self.without.is_empty()
+    }
+
     /// Puts them into the scene.
     pub(super) fn apply(&self, scene: &mut Scene) -> Result<()> {
         let wrong = |effect: EffectName, why: &str, remedy: &str| {

@@ -4,7 +4,7 @@ use super::effects::EffectArguments;
 use super::input::{self, Input, MemoryArguments, RootArguments};
 use super::progress::Progress;
 use super::replay::Replay;
-use super::stats::{self, Samples, Stats};
+use super::stats::{self, Asked, Samples, Stats};
 use super::values::{Pixels, Positive, Seconds, Simd};
 use super::{diagram, interrupt, optics_words, output, report};
 use groundglass::error::{Error, ErrorKind, Result, Warning};
@@ -138,7 +138,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let width = replayed.as_ref().map(|replay| replay.width).or(arguments.width.map(|width| width.0));
     let mut scene = input.load_at(width)?;
     scene.render.budget = arguments.budget().unwrap_or(scene.render.budget);
-    arguments.effects.apply(&mut scene)?;
+    let mut effects = arguments.effects.clone();
+    if let Some(replay) = &replayed {
+        let asked = replay.ask(&mut scene)?;
+        // Flags that are given again say the same, or that it is another scene.
+        effects = if effects.is_empty() { asked } else { effects };
+    }
+    effects.apply(&mut scene)?;
+    let asked = Asked::new(scene.render.budget, &effects);
     let load_seconds = clock.elapsed().as_secs_f64();
     report::warnings(&scene.warnings);
     report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
@@ -218,6 +225,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         shading_requests: counts.shading_requests,
         unseen_light_blocks: counts.unseen_light,
         stages: counts.stages,
+        asked,
         scene_hash: scene.hash(),
         version: env!("CARGO_PKG_VERSION"),
     };
@@ -297,11 +305,15 @@ fn first_steps(scene: &Scene, picture: &Path) -> Result<()> {
         diagram::write(&figure, &path, &[])?;
         made.push(path.display().to_string());
     }
+    let more = match scene.render.budget {
+        Budget::Samples(samples) => format!("groundglass render --samples {}", samples.saturating_mul(4)),
+        _ => "groundglass render --samples 1024".to_owned(),
+    };
     report::print(&format!(
         "{}: its camera in section\n\n\
          The front standard was solved so that the tower's whole front wall is sharp. Next, try\n  \
          groundglass optics examples/tower.toml            what is sharp, and where lines and planes pass\n  \
-         groundglass render --samples 256                  half the error\n  \
+         {more:<50}half the error or less\n  \
          groundglass new MODEL.obj -o scene.toml           a first scene for a model of yours\n",
         made.join(", "),
     ))

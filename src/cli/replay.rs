@@ -1,9 +1,11 @@
 //! `render --replay STATS`: an earlier run's numbers of samples, so that its picture can be made again.
 
+use super::effects::EffectArguments;
 use super::input;
+use super::stats::Asked;
 use groundglass::error::{Error, Result};
 use groundglass::picture::Allocation;
-use groundglass::scene::{Scene, Source};
+use groundglass::scene::{Budget, EffectName, Scene, Source};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -17,6 +19,9 @@ pub(super) struct Replay {
     height: u32,
     allocation: String,
     scene_hash: String,
+    /// By default what runs of earlier versions were asked for, which did not tell.
+    #[serde(default)]
+    asked: Asked,
     #[serde(skip)]
     name: String,
 }
@@ -35,6 +40,26 @@ impl Replay {
                 .remedy("give the file that --stats wrote beside the picture")
         })?;
         Ok(Self { name, ..found })
+    }
+
+    /// Makes the scene that of the run: what effects it has goes by the error that was asked for as well.
+    ///
+    /// # Errors
+    /// When the file names an effect that there is not, or no error.
+    pub(super) fn ask(&self, scene: &mut Scene) -> Result<EffectArguments> {
+        let place = |error: String| Error::invalid(error).in_file(&*self.name).at_key("asked");
+        let effects = |names: &[String]| {
+            names.iter().map(|name| name.parse().map_err(place)).collect::<Result<Vec<EffectName>>>()
+        };
+        if self.asked.max_error.is_some_and(|error| !(error > 0.0 && error.is_finite())) {
+            return Err(place("the error that was asked for is not positive".to_owned()));
+        }
+        scene.render.budget = self.asked.max_error.map_or(Budget::Samples(1), Budget::MaxError);
+        Ok(EffectArguments {
+            all_effects: self.asked.all_effects,
+            with: effects(&self.asked.with)?,
+            without: effects(&self.asked.without)?,
+        })
     }
 
     /// The samples of the picture that it tells of, if that is of this scene.

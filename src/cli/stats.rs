@@ -1,8 +1,9 @@
 //! The numbers of `render --stats`, and the clocks behind them.
 
+use super::effects::EffectArguments;
 use groundglass::picture::{Allocation, Exposure};
-use groundglass::scene::{EffectName, Scene};
-use serde::Serialize;
+use groundglass::scene::{Budget, EffectName, Scene};
+use serde::{Deserialize, Serialize};
 
 #[derive(Serialize)]
 pub(super) struct Stats {
@@ -29,8 +30,33 @@ pub(super) struct Stats {
     /// Blocks whose samples may have missed a small bright light.
     pub(super) unseen_light_blocks: u64,
     pub(super) stages: groundglass::render::Stages,
+    /// For `--replay`, too.
+    pub(super) asked: Asked,
     pub(super) scene_hash: String,
     pub(super) version: &'static str,
+}
+
+/// What a run was asked for that decides which effects its picture has, and that the scene file may not say.
+#[derive(Default, Serialize, Deserialize)]
+#[serde(default)]
+pub(super) struct Asked {
+    /// The error that was to be reached, by flag or key.
+    pub(super) max_error: Option<f64>,
+    pub(super) all_effects: bool,
+    pub(super) with: Vec<String>,
+    pub(super) without: Vec<String>,
+}
+
+impl Asked {
+    pub(super) fn new(budget: Budget, effects: &EffectArguments) -> Self {
+        let names = |effects: &[EffectName]| effects.iter().map(|effect| effect.name().to_owned()).collect();
+        Self {
+            max_error: if let Budget::MaxError(error) = budget { Some(error) } else { None },
+            all_effects: effects.all_effects,
+            with: names(&effects.with),
+            without: names(&effects.without),
+        }
+    }
 }
 
 #[derive(Serialize)]
