@@ -163,9 +163,10 @@ impl<'a> AssetLoader<'a> {
             .map(|&material| Target {
                 material,
                 mapping: looks.mappings.get(material as usize).copied().flatten(),
+                textured: looks.materials.get(material as usize).is_some_and(Material::has_map),
             })
             .collect();
-        let plain = Target { material: looks.materials.len() as u32, mapping: None };
+        let plain = Target { material: looks.materials.len() as u32, mapping: None, textured: false };
         let target = |index: u32| {
             targets.get(index as usize).copied().filter(|target| target.material != NONE).unwrap_or(plain)
         };

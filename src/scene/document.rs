@@ -70,7 +70,8 @@ impl Document {
         DeTable::parse(&self.text).map_err(|error| {
             // The parser's messages have several lines for their own layout; here they are one clause.
             let message = error.message().trim().replace('\n', ", ");
-            let mut made = Error::invalid(format!("not TOML: {message}"));
+            let mut made = Error::invalid(format!("not TOML: {message}"))
+                .remedy("write `key = value`, each key once, under heads such as `[camera]`; see toml.io");
             if let Some(span) = error.span() {
                 made = made.at(self.place_of_range(span, None));
             }

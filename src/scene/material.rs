@@ -66,6 +66,11 @@ impl Material {
         [&self.diffuse_map, &self.opacity_map].into_iter().flatten().filter(|map| map.has_holes)
     }
 
+    /// Whether anything is read from a picture.
+    pub(crate) fn has_map(&self) -> bool {
+        self.diffuse_map.is_some() || self.opacity_map.is_some()
+    }
+
     /// Whether light can pass through somewhere.
     pub(crate) fn is_cutout(&self) -> bool {
         self.coverage < 1.0 || self.holed_maps().next().is_some()

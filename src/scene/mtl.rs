@@ -227,6 +227,8 @@ impl Work<'_> {
             "-t" => (0..3).any(|at| number(at, 0.0) != 0.0),
             "-mm" => number(0, 0.0) != 0.0 || number(1, 1.0) != 1.0,
             "-clamp" | "-cc" => values == ["on"],
+            // Matte and luminance are what an opacity map is read by anyway.
+            "-imfchan" => statement.keyword() != "map_d" || !matches!(values, ["m" | "l"]),
             _ => false,
         };
         if shows {

@@ -267,7 +267,10 @@ impl Work<'_> {
         let mut corner = [None; 3];
         let totals = [self.total.positions, self.total.texcoords, self.total.normals];
         let so_far = [self.so_far.positions, self.so_far.texcoords, self.so_far.normals];
-        let bad = || Error::invalid(format!("`{}` is not a corner of a face", shown(word)));
+        let bad = || {
+            Error::invalid(format!("`{}` is not a corner of a face", shown(word)))
+                .remedy("write `f` with numbers of vertices, as 7 or 7/4 or 7//2 or 7/4/2")
+        };
         for (part, digits) in word.split('/').enumerate() {
             let (Some(slot), Some(&total), Some(&so_far)) =
                 (corner.get_mut(part), totals.get(part), so_far.get(part))
@@ -328,13 +331,16 @@ fn numbers<'s, const N: usize>(
 ) -> Result<[&'s str; N]> {
     for (slot, word) in defaults.iter_mut().zip(statement.operands()) {
         if word.parse::<f64>().is_err() {
-            return Err(Error::invalid(format!("`{}` is not a number", shown(word))).at_line(statement.line));
+            return Err(Error::invalid(format!("`{}` is not a number", shown(word)))
+                .at_line(statement.line)
+                .remedy("write a decimal number, such as -0.25 or 1e-3"));
         }
         *slot = Some(word);
     }
     if defaults.contains(&None) {
         let message = format!("a {what} (`{}`) needs {how_many} numbers", shown(statement.keyword()));
-        return Err(Error::invalid(message).at_line(statement.line));
+        let error = Error::invalid(message).at_line(statement.line);
+        return Err(error.remedy("complete the line, or export the model again"));
     }
     Ok(defaults.map(Option::unwrap_or_default))
 }

@@ -20,6 +20,8 @@ pub(crate) struct Target {
     pub(crate) material: u32,
     /// Scale and offset of its maps, unless they change nothing.
     pub(crate) mapping: Option<([f64; 2], [f64; 2])>,
+    /// Whether it has a map.
+    pub(crate) textured: bool,
 }
 
 /// A model without its materials.
@@ -83,13 +85,18 @@ pub(crate) fn build(
         for &index in indices {
             let position = geometry.positions.get(index as usize).copied().ok_or_else(disagree)?;
             if !position.is_finite() {
-                return Err(
-                    Error::invalid("a face uses a vertex that is not a finite number").at_line(face.line)
-                );
+                return Err(Error::invalid("a face uses a vertex that is not a finite number")
+                    .at_line(face.line)
+                    .remedy("correct that vertex, or export the model again"));
             }
             corners.push(position);
         }
-        let Target { material, mapping } = target(face.material);
+        let Target { material, mapping, textured } = target(face.material);
+        if textured && !face.texcoords {
+            let message =
+                || "a face has no texture coordinates; its material's texture is not seen".to_owned();
+            warnings.add(file, Some(face.line), "no vt", message);
+        }
         let normals = attributes.normals_of(face, &mesh, range.clone(), file, warnings);
         texcoords.clear();
         if let Some(list) = attributes.texcoords_of(face, &mesh, range, file, warnings) {
@@ -207,7 +214,12 @@ mod tests {
     fn run(text: &str, mapping: Option<([f64; 2], [f64; 2])>) -> Result<(Geometry, usize)> {
         let mut warnings = Warnings::default();
         let mut normalized = normalize(text.as_bytes(), "a.obj", &mut warnings, u64::MAX, &|_| ())?;
-        let geometry = build(&mut normalized, |_| Target { material: 0, mapping }, "a.obj", &mut warnings)?;
+        let geometry = build(
+            &mut normalized,
+            |_| Target { material: 0, mapping, textured: false },
+            "a.obj",
+            &mut warnings,
+        )?;
         Ok((geometry, warnings.finish("a.obj").len()))
     }
 

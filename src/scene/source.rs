@@ -181,6 +181,7 @@ fn flattened(path: &Path) -> Option<PathBuf> {
 
 pub(super) fn missing(written: &str) -> Error {
     Error::invalid(format!("there is no file `{written}`"))
+        .remedy("check the name, and the folder it is meant from")
 }
 
 pub(super) fn outside(written: &str) -> Error {
