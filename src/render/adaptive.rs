@@ -8,6 +8,7 @@ use super::base::{LATER, base, first_work};
 use super::picture::Picture;
 use super::pilot::{self, Pilot};
 use super::progressive::Progressive;
+use super::resolve::BLOCKS;
 use super::{Counts, Execution};
 use crate::error::Result;
 use crate::picture::{BlockSamples, Exposure};
@@ -16,10 +17,6 @@ use crate::sampling::runs::FIRST_RUN;
 /// The most samples of a pixel on the way to an error: sixty-four times the usual number takes an eighth or less of its
 /// error, and a target beyond is told as out of reach.
 pub const MOST_FOR_ERROR: u32 = 16_384;
-
-/// The stated error that ends a picture, as a part of the one asked for: what stops early is more often estimated too low
-/// than too high. (Without, 11 of 40 small pictures had an error up to 1.1 times the one asked for.)
-const MARGIN: f64 = 0.97;
 
 /// What a round aims at, as a part of the squared error that is to be reached: falling short by little costs another round.
 const AIM: f64 = 0.97;
@@ -32,9 +29,9 @@ const SHORT: f64 = 1.06;
 /// chance: 1.16 to 1.47 on four scenes.
 const ROUNDS_FALL: f64 = 1.25;
 
-/// How many standard deviations of the estimate are kept from the goal. A block's squared error is taken to be as
-/// uncertain as it is large.
-const DEVIATIONS: f64 = 1.6;
+/// How many standard deviations of the estimate are kept from the goal. A tile's squared error is taken to be as uncertain as it is
+/// large: its pixels share their places on the lens, and along an edge they err alike.
+const DEVIATIONS: f64 = 1.3;
 
 /// What came of a picture within a time.
 pub(super) enum Timed {
@@ -97,7 +94,13 @@ impl Progressive<'_> {
     /// How uncertain the sum of squared errors is, as a part of it.
     fn uncertainty(&self) -> f64 {
         let sum = self.squared_error();
-        let squares: f64 = self.errors.iter().map(|error| error * error).sum();
+        let columns = self.samples.columns_and_rows().0;
+        let mut tiles = vec![0.0; self.picture.tiles()];
+        for (block, error) in self.errors.iter().enumerate() {
+            let (x, y) = (block as u32 % columns / BLOCKS, block as u32 / columns / BLOCKS);
+            tiles[(y * self.picture.bins.tiles_x + x) as usize] += error;
+        }
+        let squares: f64 = tiles.iter().map(|error| error * error).sum();
         if sum > 0.0 { DEVIATIONS * squares.sqrt() / sum } else { 0.0 }
     }
 
@@ -105,7 +108,7 @@ impl Progressive<'_> {
         let columns = self.samples.columns_and_rows().0 as usize;
         let tiles = Pilot::for_error(self.picture.tiles());
         let pilot = self.pilot(tiles, FIRST_RUN, execution)?;
-        let allowed = MARGIN * MARGIN * error * error;
+        let allowed = error * error;
         let goal = allowed * 3.0 * pilot::pixels(&pilot);
         let entries = self.entries_per_pixel();
         let choose =

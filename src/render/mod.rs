@@ -5,6 +5,7 @@ mod allocate;
 mod base;
 mod diffraction;
 mod draw;
+mod edges;
 mod frame;
 mod highlights;
 mod pattern;

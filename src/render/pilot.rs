@@ -49,7 +49,8 @@ impl Progressive<'_> {
         let wanted = self.by_block(|x, y| if pilot.contains(x / BLOCKS, y / BLOCKS) { samples } else { 0 });
         self.round(&wanted, execution, &|| false)?;
         let (columns, rows) = self.samples.columns_and_rows();
-        let blocks = self.blocks();
+        let mut blocks = self.blocks();
+        blocks.iter_mut().zip(&self.plain).for_each(|(block, &error)| block.error = error);
         let (tiles_x, tiles_y) = (columns.div_ceil(BLOCKS), rows.div_ceil(BLOCKS));
         let tiles = (0..tiles_y).flat_map(|y| (0..tiles_x).map(move |x| (x, y)));
         let of_tile = |(tx, ty): (u32, u32)| {

@@ -24,6 +24,8 @@ pub(super) struct Progressive<'a> {
     pub samples: BlockSamples,
     /// Block by block the sum of squared errors over its pixels and channels.
     pub errors: Vec<f64>,
+    /// These without what edges may hide: a forecast goes by what is usual.
+    pub plain: Vec<f64>,
     /// What a sample takes in each tile, as its first run found: see [`allocate::cost`].
     costs: Vec<f64>,
     /// In each tile the blocks that may have missed a light.
@@ -39,9 +41,10 @@ impl<'a> Progressive<'a> {
         zeroed(tiles * (TILE * TILE) as usize, [[0.0f32; 3]; 3])?;
         let (columns, rows) = samples.columns_and_rows();
         let errors = zeroed(columns as usize * rows as usize, 0.0)?;
+        let plain = errors.clone();
         let costs = zeroed(tiles, 0.0)?;
         let unseen = zeroed(tiles, 0)?;
-        Ok(Self { picture, sums: vec![Vec::new(); tiles], samples, errors, costs, unseen, counts })
+        Ok(Self { picture, sums: vec![Vec::new(); tiles], samples, errors, plain, costs, unseen, counts })
     }
 
     /// A number for each block of the picture.
@@ -72,6 +75,7 @@ impl<'a> Progressive<'a> {
             self.samples = BlockSamples::new(width, height, base);
             self.sums.iter_mut().for_each(Vec::clear);
             self.errors.fill(0.0);
+            self.plain.fill(0.0);
             self.costs.fill(0.0);
             self.unseen.fill(0);
         }
@@ -154,7 +158,7 @@ impl<'a> Progressive<'a> {
         let (columns, _) = self.samples.columns_and_rows();
         for (tile, drawn) in drawn.into_iter().enumerate() {
             let (Some(drawn), (tx, ty)) = (drawn, self.picture.place(tile)) else { continue };
-            let Drawn { tally, changed, errors, unseen } = drawn;
+            let Drawn { tally, changed, errors, plain, unseen } = drawn;
             self.counts.shading_requests += tally.requests;
             self.counts.stages.add(&tally.stages);
             if self.costs[tile] == 0.0 {
@@ -163,7 +167,8 @@ impl<'a> Progressive<'a> {
             for block in (0..changed.len()).filter(|&block| changed[block] > 0) {
                 let (x, y) = (tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS);
                 self.samples.set(x, y, changed[block]);
-                self.errors[(y * columns + x) as usize] = errors[block];
+                let at = (y * columns + x) as usize;
+                (self.errors[at], self.plain[at]) = (errors[block], plain[block]);
                 self.unseen[tile] = self.unseen[tile] & !(1 << block) | unseen & 1 << block;
             }
         }
@@ -171,7 +176,6 @@ impl<'a> Progressive<'a> {
 
     pub(super) fn finish(self, execution: &Execution<'_>) -> Result<(Exposure, Counts)> {
         let (area, picture, samples) = ((TILE * TILE) as usize, self.picture, &self.samples);
-        let rms = Some((self.squared_error() / picture.values()).sqrt());
         let unseen = self.unseen.iter().map(|blocks| u64::from(blocks.count_ones())).sum();
         let counts = Counts { unseen_light: unseen, ..self.counts };
         let of_tile = |tile: usize| -> ((u32, u32), ByBlock<u32>) {
@@ -181,11 +185,30 @@ impl<'a> Progressive<'a> {
             };
             ((tx, ty), std::array::from_fn(of_block))
         };
-        let mut errors = zeroed(if execution.error_map { self.sums.len() * area } else { 0 }, 0.0f32)?;
-        errors.par_chunks_mut(area).zip(&self.sums).enumerate().for_each(|(tile, (errors, sums))| {
+        // From what there is now, not as it came: an edge goes by the pixels beside it, which may have got more samples since.
+        let state = |tile: usize, sums: &[[Vec3; 2]], map: Option<&mut [f32]>| -> f64 {
             let (place, samples) = of_tile(tile);
-            picture.resolve(place, sums, &samples, Some(errors));
-        });
+            let mut map = map;
+            let mut resolved = picture.resolve(place, sums, &samples, map.as_deref_mut());
+            let found = resolved.squared;
+            picture.raise_edges(place, sums, (&samples, &samples), &mut resolved);
+            picture.highlights.raise(place, &samples, &mut resolved);
+            if let Some(map) = map {
+                for (block, stated) in resolved.squared.into_iter().enumerate() {
+                    picture.spread(place, block, (found[block], stated), map);
+                }
+            }
+            resolved.squared.iter().sum()
+        };
+        let mut errors = zeroed(if execution.error_map { self.sums.len() * area } else { 0 }, 0.0f32)?;
+        let tiles = self.sums.par_iter().enumerate();
+        let squared: Vec<f64> = if execution.error_map {
+            let maps = errors.par_chunks_mut(area);
+            tiles.zip(maps).map(|((tile, sums), map)| state(tile, sums, Some(map))).collect()
+        } else {
+            tiles.map(|(tile, sums)| state(tile, sums, None)).collect()
+        };
+        let rms = Some((squared.iter().sum::<f64>() / picture.values()).sqrt());
         let mut pixels = zeroed(self.sums.len() * area, [0.0f32; 3])?;
         // Each tile's sums go as its pixels come.
         pixels.par_chunks_mut(area).zip(self.sums).enumerate().for_each(|(tile, (out, sums))| {

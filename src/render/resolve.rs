@@ -60,6 +60,31 @@ impl Picture<'_> {
         Resolved { squared, light }
     }
 
+    /// Raises the errors of a block's pixels from what was `found` to what is `stated` for the block, if that is more.
+    pub(super) fn spread(
+        &self,
+        (tx, ty): (u32, u32),
+        block: usize,
+        (found, stated): (f64, f64),
+        errors: &mut [f32],
+    ) {
+        if stated <= found {
+            return;
+        }
+        let (width, height) = (self.view.width - tx * TILE, self.view.height - ty * TILE);
+        let (left, top) = (block as u32 % BLOCKS * BLOCK, block as u32 / BLOCKS * BLOCK);
+        let (right, bottom) = ((left + BLOCK).min(width), (top + BLOCK).min(height));
+        let even = (stated / f64::from(3 * (right - left) * (bottom - top))).sqrt() as f32;
+        let times = if found > 0.0 { (stated / found).sqrt() as f32 } else { 0.0 };
+        for y in top..bottom {
+            for x in left..right {
+                if let Some(error) = errors.get_mut((y * TILE + x) as usize) {
+                    *error = if found > 0.0 { *error * times } else { even };
+                }
+            }
+        }
+    }
+
     /// Writes a tile's pixels, the means of their samples.
     pub(super) fn means(
         &self,

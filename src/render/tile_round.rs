@@ -33,6 +33,8 @@ pub(super) struct Drawn {
     /// The numbers of samples of the blocks that got more, and their errors.
     pub changed: ByBlock<u32>,
     pub errors: ByBlock<f64>,
+    /// These without what edges may hide.
+    pub plain: ByBlock<f64>,
     /// Those of them that may have missed a light.
     pub unseen: u16,
 }
@@ -98,9 +100,12 @@ impl<'a> TileRound<'a> {
             _ => 0,
         });
         let mut resolved = picture.resolve(self.tile, self.sums, &changed, None);
+        let plain = resolved.squared;
+        let reached: ByBlock<u32> = std::array::from_fn(|block| now[block].max(changed[block]));
+        picture.raise_edges(self.tile, self.sums, (&reached, &changed), &mut resolved);
         let unseen = picture.highlights.raise(self.tile, &changed, &mut resolved);
         watch.lap(&mut tally.stages.resolve);
-        Some(Drawn { tally, changed, errors: resolved.squared, unseen })
+        Some(Drawn { tally, changed, errors: resolved.squared, plain, unseen })
     }
 
     /// Goes on from what was drawn as far as `forecast` says, with the triangles that were set up for that.
