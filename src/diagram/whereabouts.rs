@@ -21,15 +21,15 @@ pub(crate) struct Cut {
 
 /// The cut at the section point `p`.
 pub(crate) fn cut(section: &SectionPlane, line: Line, p: [f64; 2]) -> Cut {
-    let (drawn, shortest) = (libm::hypot(p[0], p[1]), line.distance_from_origin());
-    let is_square = drawn <= SQUARE * shortest;
-    let distance = words::length(if is_square { shortest } else { drawn });
+    let (drawn, is_square) = (libm::hypot(p[0], p[1]), is_square(section, line));
+    let distance = words::length(if is_square { line.distance_from_origin() } else { drawn });
     Cut { distance, way: whither(section, p), is_square }
 }
 
 /// Whether a distance from the lens to the line can be measured in the section.
 pub(crate) fn is_square(section: &SectionPlane, line: Line) -> bool {
-    matches!(section.pierce(line), Pierce::At(p) if cut(section, line, p).is_square)
+    let near = SQUARE * line.distance_from_origin();
+    matches!(section.pierce(line), Pierce::At(p) if libm::hypot(p[0], p[1]) <= near)
 }
 
 /// The way to a section point in words: along the section's own up, or along the rail.

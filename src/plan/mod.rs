@@ -88,11 +88,12 @@ impl RenderPlan {
         let dropped = |name: EffectName| {
             let small = || match name {
                 EffectName::Defocus => {
-                    !Seen::has_blur_of(scene, scale * BLUR_PX)
-                        && falloff_over_lens(scene) < scale * scale * FALLOFF
+                    !Seen::has_blur_of(scene, scale * BLUR_PX) && !has_falloff_over_lens(scene, scale)
                 }
                 EffectName::ApertureShape => {
-                    !Seen::has_blur_of(scene, scale * SHAPE_PX) && !has_diffraction()
+                    !Seen::has_blur_of(scene, scale * SHAPE_PX)
+                        && !has_falloff_over_lens(scene, scale)
+                        && !has_diffraction()
                 }
                 EffectName::SoftShadows => penumbra(scene) < scale * PENUMBRA_PX,
                 EffectName::Falloff => largest_falloff(scene) < scale * scale * FALLOFF,
@@ -161,16 +162,9 @@ fn reason(scene: &Scene, seen: &Seen, name: EffectName, scale: f64) -> (bool, bo
         EffectName::Defocus => {
             let threshold = scale * BLUR_PX;
             let because = format!("largest blur {}, threshold {threshold:.2} px", pixels(largest));
-            let (falloff, least) = (falloff_over_lens(scene), scale * scale * FALLOFF);
-            if largest < threshold && falloff >= least {
-                (
-                    true,
-                    true,
-                    format!("{because}, but falloff over the lens {falloff:.4}, threshold {least:.4}"),
-                )
-            } else {
-                (true, largest >= threshold, because)
-            }
+            let has_falloff = has_falloff_over_lens(scene, scale);
+            let because = if has_falloff { because + ", and falloff shows the lens" } else { because };
+            (true, largest >= threshold || has_falloff, because)
         }
         EffectName::Antialiasing => (true, true, "each pixel is the mean over its square".into()),
         EffectName::Textures => {
@@ -211,8 +205,14 @@ fn reason(scene: &Scene, seen: &Seen, name: EffectName, scale: f64) -> (bool, bo
                     pixels(largest)
                 );
                 let has_star = diffraction::is_in(scene, scale * scale, || seen);
-                let because = if has_star { because + ", and diffraction shows it" } else { because };
-                (true, largest >= threshold || has_star, because)
+                let has_falloff = has_falloff_over_lens(scene, scale);
+                let because = match (has_star, has_falloff) {
+                    (true, true) => because + ", and diffraction and falloff show it",
+                    (true, false) => because + ", and diffraction shows it",
+                    (false, true) => because + ", and falloff shows it",
+                    (false, false) => because,
+                };
+                (true, largest >= threshold || has_star || has_falloff, because)
             }
         },
         EffectName::Falloff if !asked => (false, false, "render.falloff = false".into()),
@@ -272,11 +272,11 @@ fn largest_falloff(scene: &Scene) -> f64 {
     FILM.map(far).into_iter().fold(0.0, f64::max)
 }
 
-/// How much less light arrives through the whole lens, on the mean over its area, than through its centre, at most, where
-/// falloff is wanted: a picture through the centre alone would be brighter by that.
-fn falloff_over_lens(scene: &Scene) -> f64 {
+/// Whether falloff is wanted, and light through the whole lens, on the mean over its area, is so much less than through its
+/// centre alone that it shows.
+fn has_falloff_over_lens(scene: &Scene, scale: f64) -> bool {
     if !asks(scene, EffectName::Falloff) || scene.render.effects.without.has(EffectName::Falloff) {
-        return 0.0;
+        return false;
     }
     let center = weight_of_light(scene, (0.0, 0.0), (0.0, 0.0));
     // A ring that halves the area has the disk's mean of all up to cubes.
@@ -286,5 +286,5 @@ fn falloff_over_lens(scene: &Scene) -> f64 {
         let mean = lens.map(|lens| weight_of_light(scene, film, lens)).iter().sum::<f64>() / 4.0;
         ((mean - weight_of_light(scene, film, (0.0, 0.0))) / center).abs()
     };
-    FILM.map(less).into_iter().fold(0.0, f64::max)
+    FILM.map(less).into_iter().fold(0.0, f64::max) >= scale * scale * FALLOFF
 }

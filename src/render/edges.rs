@@ -27,41 +27,45 @@ impl Picture<'_> {
     ) {
         let (all, changed) = samples;
         let size =
-            [(self.view.width - tx * TILE).min(TILE) as i32, (self.view.height - ty * TILE).min(TILE) as i32];
-        let block_of = |x: i32, y: i32| (y as u32 / BLOCK * BLOCKS + x as u32 / BLOCK) as usize;
+            [self.view.width - tx * TILE, self.view.height - ty * TILE].map(|size| size.min(TILE) as usize);
+        let block_of = |x: usize, y: usize| y / BLOCK as usize * BLOCKS as usize + x / BLOCK as usize;
         let mut shown = [Vec3::ZERO; (TILE * TILE) as usize];
         for y in 0..size[1] {
             for x in 0..size[0] {
-                let at = (y * TILE as i32 + x) as usize;
+                let at = y * TILE as usize + x;
                 let n = all[block_of(x, y)].max(1);
                 let Some([a, b]) = sums.get(at) else { continue };
                 shown[at] = ((*a + *b) * (self.gain / n as f32)).clamp(Vec3::ZERO, Vec3::ONE);
             }
         }
-        let value = |x: i32, y: i32| shown[(y * TILE as i32 + x) as usize];
         let mut steps = ByBlock::<f64>::default();
-        for y in 0..size[1] {
-            for x in 0..size[0] {
-                let block = block_of(x, y);
-                if changed[block] == 0 {
-                    continue;
+        for axis in 0..2 {
+            for across in 0..size[1 - axis] {
+                let place = |along: usize| if axis == 0 { (along, across) } else { (across, along) };
+                let value = |along: usize| {
+                    let (x, y) = place(along);
+                    shown[y * TILE as usize + x]
+                };
+                // From each pixel of the line to the next.
+                let mut changes = [Vec3::ZERO; TILE as usize];
+                for along in 1..size[axis] {
+                    changes[along - 1] = (value(along) - value(along - 1)).abs();
                 }
-                let middle = value(x, y);
-                for axis in 0..2 {
-                    let at = [x, y][axis];
-                    let read = |offset: i32| {
-                        let to = at + offset;
-                        let inside = to >= 0 && to < size[axis];
-                        inside.then(|| if axis == 0 { value(to, y) } else { value(x, to) })
-                    };
+                for along in 0..size[axis] {
+                    let (x, y) = place(along);
+                    let block = block_of(x, y);
+                    if changed[block] == 0 {
+                        continue;
+                    }
                     // What changes at the pixel beyond what changes beside it: an even slope has no edge.
-                    let side = |near: i32| -> Vec3 {
-                        let Some(next) = read(near) else { return Vec3::ZERO };
-                        let step = (next - middle).abs();
-                        read(2 * near).map_or(Vec3::ZERO, |beyond| step - (beyond - next).abs())
-                    };
-                    let step = (side(-1) + side(1)).max(Vec3::ZERO);
-                    steps[block] += f64::from(step.length_squared());
+                    let mut step = Vec3::ZERO;
+                    if along >= 2 {
+                        step += changes[along - 1] - changes[along - 2];
+                    }
+                    if along + 2 < size[axis] {
+                        step += changes[along] - changes[along + 1];
+                    }
+                    steps[block] += f64::from(step.max(Vec3::ZERO).length_squared());
                 }
             }
         }

@@ -28,8 +28,6 @@ pub(super) struct Progressive<'a> {
     pub plain: Vec<f64>,
     /// What a sample takes in each tile, as its first run found: see [`allocate::cost`].
     costs: Vec<f64>,
-    /// In each tile the blocks that may have missed a light.
-    unseen: Vec<u16>,
     counts: Counts,
 }
 
@@ -43,8 +41,7 @@ impl<'a> Progressive<'a> {
         let errors = zeroed(columns as usize * rows as usize, 0.0)?;
         let plain = errors.clone();
         let costs = zeroed(tiles, 0.0)?;
-        let unseen = zeroed(tiles, 0)?;
-        Ok(Self { picture, sums: vec![Vec::new(); tiles], samples, errors, plain, costs, unseen, counts })
+        Ok(Self { picture, sums: vec![Vec::new(); tiles], samples, errors, plain, costs, counts })
     }
 
     /// A number for each block of the picture.
@@ -77,7 +74,6 @@ impl<'a> Progressive<'a> {
             self.errors.fill(0.0);
             self.plain.fill(0.0);
             self.costs.fill(0.0);
-            self.unseen.fill(0);
         }
     }
 
@@ -158,7 +154,7 @@ impl<'a> Progressive<'a> {
         let (columns, _) = self.samples.columns_and_rows();
         for (tile, drawn) in drawn.into_iter().enumerate() {
             let (Some(drawn), (tx, ty)) = (drawn, self.picture.place(tile)) else { continue };
-            let Drawn { tally, changed, errors, plain, unseen } = drawn;
+            let Drawn { tally, changed, errors, plain } = drawn;
             self.counts.shading_requests += tally.requests;
             self.counts.stages.add(&tally.stages);
             if self.costs[tile] == 0.0 {
@@ -169,15 +165,12 @@ impl<'a> Progressive<'a> {
                 self.samples.set(x, y, changed[block]);
                 let at = (y * columns + x) as usize;
                 (self.errors[at], self.plain[at]) = (errors[block], plain[block]);
-                self.unseen[tile] = self.unseen[tile] & !(1 << block) | unseen & 1 << block;
             }
         }
     }
 
     pub(super) fn finish(self, execution: &Execution<'_>) -> Result<(Exposure, Counts)> {
         let (area, picture, samples) = ((TILE * TILE) as usize, self.picture, &self.samples);
-        let unseen = self.unseen.iter().map(|blocks| u64::from(blocks.count_ones())).sum();
-        let counts = Counts { unseen_light: unseen, ..self.counts };
         let of_tile = |tile: usize| -> ((u32, u32), ByBlock<u32>) {
             let (tx, ty) = picture.place(tile);
             let of_block = |block: usize| {
@@ -186,29 +179,30 @@ impl<'a> Progressive<'a> {
             ((tx, ty), std::array::from_fn(of_block))
         };
         // From what there is now, not as it came: an edge goes by the pixels beside it, which may have got more samples since.
-        let state = |tile: usize, sums: &[[Vec3; 2]], map: Option<&mut [f32]>| -> f64 {
+        let state = |tile: usize, sums: &[[Vec3; 2]], map: Option<&mut [f32]>| -> (f64, u64) {
             let (place, samples) = of_tile(tile);
             let mut map = map;
             let mut resolved = picture.resolve(place, sums, &samples, map.as_deref_mut());
             let found = resolved.squared;
             picture.raise_edges(place, sums, (&samples, &samples), &mut resolved);
-            picture.highlights.raise(place, &samples, &mut resolved);
+            let unseen = picture.highlights.raise(place, &samples, &mut resolved);
             if let Some(map) = map {
                 for (block, stated) in resolved.squared.into_iter().enumerate() {
                     picture.spread(place, block, (found[block], stated), map);
                 }
             }
-            resolved.squared.iter().sum()
+            (resolved.squared.iter().sum(), u64::from(unseen.count_ones()))
         };
         let mut errors = zeroed(if execution.error_map { self.sums.len() * area } else { 0 }, 0.0f32)?;
         let tiles = self.sums.par_iter().enumerate();
-        let squared: Vec<f64> = if execution.error_map {
+        let stated: Vec<(f64, u64)> = if execution.error_map {
             let maps = errors.par_chunks_mut(area);
             tiles.zip(maps).map(|((tile, sums), map)| state(tile, sums, Some(map))).collect()
         } else {
             tiles.map(|(tile, sums)| state(tile, sums, None)).collect()
         };
-        let rms = Some((squared.iter().sum::<f64>() / picture.values()).sqrt());
+        let rms = Some((stated.iter().map(|tile| tile.0).sum::<f64>() / picture.values()).sqrt());
+        let counts = Counts { unseen_light: stated.iter().map(|tile| tile.1).sum(), ..self.counts };
         let mut pixels = zeroed(self.sums.len() * area, [0.0f32; 3])?;
         // Each tile's sums go as its pixels come.
         pixels.par_chunks_mut(area).zip(self.sums).enumerate().for_each(|(tile, (out, sums))| {

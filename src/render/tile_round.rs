@@ -35,8 +35,6 @@ pub(super) struct Drawn {
     pub errors: ByBlock<f64>,
     /// These without what edges may hide.
     pub plain: ByBlock<f64>,
-    /// Those of them that may have missed a light.
-    pub unseen: u16,
 }
 
 impl Tally {
@@ -103,9 +101,9 @@ impl<'a> TileRound<'a> {
         let plain = resolved.squared;
         let reached: ByBlock<u32> = std::array::from_fn(|block| now[block].max(changed[block]));
         picture.raise_edges(self.tile, self.sums, (&reached, &changed), &mut resolved);
-        let unseen = picture.highlights.raise(self.tile, &changed, &mut resolved);
+        picture.highlights.raise(self.tile, &changed, &mut resolved);
         watch.lap(&mut tally.stages.resolve);
-        Some(Drawn { tally, changed, errors: resolved.squared, plain, unseen })
+        Some(Drawn { tally, changed, errors: resolved.squared, plain })
     }
 
     /// Goes on from what was drawn as far as `forecast` says, with the triangles that were set up for that.

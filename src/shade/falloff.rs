@@ -7,7 +7,7 @@
 use super::gather::total;
 use super::samples::Samples;
 use crate::raster::visibility::Group;
-use fearless_simd::{Simd, SimdBase, f32x16};
+use fearless_simd::{Simd, SimdBase};
 use glam::{DVec3, Vec3};
 
 /// See the module.
@@ -35,20 +35,18 @@ impl Falloff {
     /// The mean weights of a group's even and odd samples, 0 where there are none.
     #[inline(always)]
     pub(super) fn means<S: Simd>(&self, simd: S, samples: &Samples<'_>, group: &Group) -> [f32; 2] {
-        let (rays, corner) = (samples.rays, samples.corner(group));
+        let rays = samples.rays;
         let mut sums = [0.0; 2];
         for number in group.batches() {
             let (lanes, Some(batch)) = (group.lanes_of(number), samples.batches.get(number)) else {
                 continue;
             };
-            let x = f32x16::load_array_ref(simd, &batch.x) + corner.x;
-            let y = f32x16::load_array_ref(simd, &batch.y) + corner.y;
-            let u = f32x16::load_array_ref(simd, &batch.u) * rays.radius;
-            let v = f32x16::load_array_ref(simd, &batch.v) * rays.radius;
+            let at = samples.of_batch(simd, group, batch);
+            let [px, py, pz] = rays.film(&at);
             // From lens point to film point.
-            let rx = (x * rays.dx.x + y * rays.dy.x + rays.p.x - u) * self.scale;
-            let ry = (x * rays.dx.y + y * rays.dy.y + rays.p.y - v) * self.scale;
-            let rz = (x * rays.dx.z + y * rays.dy.z + rays.p.z) * self.scale;
+            let rx = (px - at.u * rays.radius) * self.scale;
+            let ry = (py - at.v * rays.radius) * self.scale;
+            let rz = pz * self.scale;
             let square = rx * rx + ry * ry + rz * rz;
             let film = rx * self.normal.x + ry * self.normal.y + rz * self.normal.z;
             let weight = (rz * film).abs() / (square * square) * self.inverse;

@@ -3,7 +3,7 @@
 //! Sixteen groups at a time, what hardly changes within a group is computed at its mean place: the normal, the
 //! light. What its samples read from the texture comes from [`super::texels`]. One generic source for every SIMD level, product and sum apart, so the same bits.
 
-use super::coordinates::at_lens;
+use super::coordinates::{at_lens, turns};
 use super::look::{Bilinear4, Look};
 use super::samples::{Places, Rays, Samples, Sums};
 use super::texels::Textured;
@@ -122,32 +122,6 @@ const UNSURE: (f32, f32) = (0.2, 0.08);
 /// circle is 1 - 0.3^2 / 24 of that in the middle.
 const BENT: f32 = 0.3;
 
-/// The square of the angle by which the normal turns, about, at 16 places as far as samples lie apart: that much in lens point
-/// (`u`, `v`) and pixel (`x`, `y`).
-#[inline(always)]
-fn turns<S: Simd>(simd: S, k: &Bilinear4, ranges: Vec4, at: &Places<S>) -> [f32; LANES] {
-    let zero = f32x16::splat(simd, 0.0);
-    // The normal's direction is that of a bilinear function; what changes its length alone is left out.
-    let mut normal = [zero; 3];
-    let mut changes = [[zero; 3]; 4];
-    for axis in 0..3 {
-        let [c, cx, cy] = at_lens(k, axis, at.u, at.v);
-        normal[axis] = c + cx * at.x + cy * at.y;
-        changes[0][axis] = (at.x * k[4][axis] + at.y * k[7][axis] + k[1][axis]) * ranges.x;
-        changes[1][axis] = (at.x * k[5][axis] + at.y * k[8][axis] + k[2][axis]) * ranges.y;
-        changes[2][axis] = cx * ranges.z;
-        changes[3][axis] = cy * ranges.w;
-    }
-    let [x, y, z] = normal;
-    let square = x * x + y * y + z * z;
-    let mut turn = zero;
-    for [dx, dy, dz] in changes {
-        let along = x * dx + y * dy + z * dz;
-        turn = turn + (dx * dx + dy * dy + dz * dz) * square - along * along;
-    }
-    (turn / (square * square)).to_array()
-}
-
 /// Groups of no more samples share their light all the same: they lie close together.
 const FEW: u32 = 2;
 
@@ -184,17 +158,11 @@ fn light_of_each<S: Simd>(
     samples: &Samples<'_>,
     group: &Group,
 ) -> [Vec4; 2] {
-    let corner = samples.corner(group);
     let (toward, color) = shader.sun.unwrap_or((Vec3::ZERO, Vec3::ZERO));
     let mut sums = [0.0; 2];
     for number in group.batches() {
         let (lanes, Some(batch)) = (group.lanes_of(number), samples.batches.get(number)) else { continue };
-        let at = Places {
-            u: f32x16::load_array_ref(simd, &batch.u),
-            v: f32x16::load_array_ref(simd, &batch.v),
-            x: f32x16::load_array_ref(simd, &batch.x) + corner.x,
-            y: f32x16::load_array_ref(simd, &batch.y) + corner.y,
-        };
+        let at = samples.of_batch(simd, group, batch);
         let (rise, _) = rise(simd, normal, look.face, toward, samples.rays, &at);
         sums[0] += gather::total(simd, rise, lanes & !batch.odd);
         sums[1] += gather::total(simd, rise, lanes & batch.odd);

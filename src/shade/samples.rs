@@ -19,12 +19,20 @@ pub(crate) struct Rays {
 }
 
 impl Rays {
+    /// The film points `p`.
+    #[inline(always)]
+    pub(super) fn film<S: Simd>(&self, at: &Places<S>) -> [f32x16<S>; 3] {
+        [
+            at.x * self.dx.x + at.y * self.dy.x + self.p.x,
+            at.x * self.dx.y + at.y * self.dy.y + self.p.y,
+            at.x * self.dx.z + at.y * self.dy.z + self.p.z,
+        ]
+    }
+
     /// The directions from the lens points: `q_w s - p`.
     #[inline(always)]
     pub(super) fn at_all<S: Simd>(&self, simd: S, at: &Places<S>) -> [f32x16<S>; 3] {
-        let px = at.x * self.dx.x + at.y * self.dy.x + self.p.x;
-        let py = at.x * self.dx.y + at.y * self.dy.y + self.p.y;
-        let pz = at.x * self.dx.z + at.y * self.dy.z + self.p.z;
+        let [px, py, pz] = self.film(at);
         let weight = (pz / self.focal_length + 1.0) * self.radius;
         [weight * at.u - px, weight * at.v - py, f32x16::splat(simd, 0.0) - pz]
     }
@@ -136,6 +144,18 @@ impl Samples<'_> {
             v: f32x16::load_array(simd, rows[1]),
             x: f32x16::load_array(simd, rows[2]),
             y: f32x16::load_array(simd, rows[3]),
+        }
+    }
+
+    /// The places of a batch's samples in the block of a group.
+    #[inline(always)]
+    pub(super) fn of_batch<S: Simd>(&self, simd: S, group: &Group, batch: &Batch) -> Places<S> {
+        let corner = self.corner(group);
+        Places {
+            u: f32x16::load_array_ref(simd, &batch.u),
+            v: f32x16::load_array_ref(simd, &batch.v),
+            x: f32x16::load_array_ref(simd, &batch.x) + corner.x,
+            y: f32x16::load_array_ref(simd, &batch.y) + corner.y,
         }
     }
 

@@ -176,9 +176,7 @@ fn aim<S: Simd>(
         (u * k[1] + v * k[2] + k[0]) + (u * k[4] + v * k[5] + k[3]) * x + (u * k[7] + v * k[8] + k[6]) * y;
     let d = &plane.distance;
     let t = (u * d[1] + v * d[2] + d[0]) / facing;
-    let px = x * tile.dx.x + y * tile.dy.x + tile.p.x;
-    let py = x * tile.dx.y + y * tile.dy.y + tile.p.y;
-    let pz = x * tile.dx.z + y * tile.dy.z + tile.p.z;
+    let [px, py, pz] = tile.film(&all);
     let lens = (t * (pz / tile.focal_length + 1.0) + 1.0) * tile.radius;
     let at = [lens * u - t * px, lens * v - t * py, zero - t * pz];
     let rows = sun.rows();
