@@ -212,15 +212,22 @@ fn the_map_of_errors_adds_up_to_the_stated_one() {
 
 /// A lamp of `size` metres, far out of focus, in a dark room.
 fn trap(seed: u64, size: f64, lamp: f64) -> Scene {
-    let toml = "[camera]\neye_m = [0, 1, 5]\nlook_at_m = [0, 1, 0]\nfocal_length_mm = 300\nf_number = 2.0
+    trap_before(seed, size, lamp, 0.02)
+}
+
+/// The same before a wall of light.
+fn trap_before(seed: u64, size: f64, lamp: f64, wall: f64) -> Scene {
+    let toml = format!(
+        "[camera]\neye_m = [0, 1, 5]\nlook_at_m = [0, 1, 0]\nfocal_length_mm = 300\nf_number = 2.0
 film = \"4x5\"\n[focus]\ndistance_m = 1.0\n[[mesh]]\npath = \"lamp.obj\"\n[sky]\nambient = [0, 0, 0]
-horizon = [0.02, 0.02, 0.02]\nzenith = [0.02, 0.02, 0.02]\n[render]\nwidth = 160\n";
+horizon = [{wall}, {wall}, {wall}]\nzenith = [{wall}, {wall}, {wall}]\n[render]\nwidth = 160\n"
+    );
     let obj =
         format!("mtllib l.mtl\nusemtl l\nv -{size} 1 0\nv {size} 1 0\nv 0 {} 0\nf 1 2 3\n", 1.0 + 2.0 * size);
     let mtl = format!("newmtl l\nKd 0 0 0\nKe {lamp} {lamp} {lamp}\n");
     let files = Memory::new().with("lamp.obj", obj.into_bytes()).with("l.mtl", mtl.into_bytes());
     let mut scene =
-        parse(toml, "trap.toml").unwrap().describe().unwrap().load(&files, "".as_ref(), None).unwrap();
+        parse(&toml, "trap.toml").unwrap().describe().unwrap().load(&files, "".as_ref(), None).unwrap();
     scene.render.seed = seed;
     scene
 }
@@ -250,6 +257,35 @@ fn a_light_that_samples_miss_is_told_and_not_hidden() {
             assert!(stated > found / 1.5 && stated < 1.5 * found, "seed {seed}: {stated} and {found}");
             assert!((stated <= 0.06) == can_be_had && (found <= 0.072) == can_be_had, "seed {seed}: {found}");
         }
+    }
+}
+
+#[test]
+fn a_light_adds_no_more_than_there_is_room_for() {
+    for wall in [0.6, 0.9, 1.2] {
+        let with = |seed: u64, size: f64, lamp: f64, samples: u32| {
+            let mut scene = trap_before(seed, size, lamp, wall);
+            scene.render.budget = Budget::Samples(samples);
+            render(&scene, Execution { error_map: true, ..Execution::default() }).unwrap()
+        };
+        let (truth, _) = with(77, 0.02, 200.0, 16_384);
+        let (picture, counts) = with(1, 0.002, 20_000.0, 16);
+        let (stated, found) = (picture.rms_error().unwrap(), gap(&picture, &truth));
+        println!("wall {wall}: stated {stated:.5}, true {found:.5}");
+        if wall > 1.0 {
+            // All of it is white whether or not the lamp is met.
+            assert!(stated < 1e-6 && found < 1e-6 && counts.unseen_light == 0, "{stated} and {found}");
+            continue;
+        }
+        assert!(
+            counts.unseen_light > 20 && stated > found / 1.5 && stated < 1.5 * found,
+            "{stated} and {found}"
+        );
+        let pixels = (0..picture.height()).flat_map(|y| (0..picture.width()).map(move |x| (x, y)));
+        let squares: Vec<f64> =
+            pixels.map(|(x, y)| square(picture.pixel_error(x, y).unwrap().into())).collect();
+        let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+        assert!((rms / stated - 1.0).abs() < 1e-4, "{rms} and {stated}");
     }
 }
 

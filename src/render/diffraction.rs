@@ -33,18 +33,16 @@ pub(super) struct FilmDiffraction {
     reach: [f64; 2],
 }
 
-/// The light of a pattern between two distances.
-pub(super) struct Ring {
-    /// Its share of all.
+/// A disk of even light; several about one centre stand for a pattern.
+pub(super) struct Disk {
+    /// Its share of all light.
     pub share: f64,
-    /// Its area, square pixels.
-    pub area: f64,
     /// How far it goes, pixels.
     pub reach: DVec2,
 }
 
 /// All light in one place: no diffraction.
-pub(super) const NO_RINGS: [Ring; 1] = [Ring { share: 1.0, area: 0.0, reach: DVec2::ZERO }];
+pub(super) const ONE_PLACE: [Disk; 1] = [Disk { share: 1.0, reach: DVec2::ZERO }];
 
 impl FilmDiffraction {
     pub(super) fn new(optics: &Optics, shape: &ApertureShape, view: &View, seed: u64, streams: u32) -> Self {
@@ -107,17 +105,21 @@ impl FilmDiffraction {
         parts
     }
 
-    /// The pattern at the picture's centre, ring by ring.
-    pub(super) fn rings(&self, view: &View) -> [Ring; RINGS.len()] {
-        let tile = (view.width / (2 * TILE), view.height / (2 * TILE));
-        let (stretch, area) = (self.stretch(view, tile), self.at(view, tile).determinant().abs());
-        let (mut share, mut inside) = (0.0, 0.0);
-        RINGS.map(|within| {
-            let radius = self.pattern.radius_of(within);
-            let disk = std::f64::consts::PI * radius * radius * area;
-            let ring = Ring { share: within - share, area: disk - inside, reach: stretch * radius };
-            (share, inside) = (within, disk);
-            ring
+    /// The pattern at the picture's centre, without its finer structure.
+    pub(super) fn disks(&self, view: &View) -> [Disk; RINGS.len()] {
+        let stretch = self.stretch(view, (view.width / (2 * TILE), view.height / (2 * TILE)));
+        let radii = RINGS.map(|within| self.pattern.radius_of(within));
+        // Light in the ring that a disk ends, by the square of the radius.
+        let ring = |i: usize| -> f64 {
+            let (dark, inner) = if i == 0 { (0.0, 0.0) } else { (RINGS[i - 1], radii[i - 1]) };
+            let (light, area) = (RINGS[i] - dark, radii[i] * radii[i] - inner * inner);
+            if area > 0.0 { light / area } else { 0.0 }
+        };
+        // Each disk adds what its ring is brighter than the one around it.
+        std::array::from_fn(|i| {
+            let around = if i + 1 < RINGS.len() { ring(i + 1) } else { 0.0 };
+            let share = ((ring(i) - around) * radii[i] * radii[i]).max(0.0);
+            Disk { share, reach: stretch * radii[i] }
         })
     }
 

@@ -8,7 +8,7 @@
 //! `f`; with two halves and any `f`, `c^2 / (3 n^2)`.
 
 use super::picture::Picture;
-use super::resolve::{BLOCKS, ByBlock, Resolved};
+use super::resolve::{BLOCKS, ByBlock};
 use crate::picture::BLOCK;
 use crate::raster::TILE;
 use glam::Vec3;
@@ -23,7 +23,7 @@ impl Picture<'_> {
         (tx, ty): (u32, u32),
         sums: &[[Vec3; 2]],
         samples: (&ByBlock<u32>, &ByBlock<u32>),
-        resolved: &mut Resolved,
+        squared: &mut ByBlock<f64>,
     ) {
         let (all, changed) = samples;
         let size =
@@ -73,7 +73,7 @@ impl Picture<'_> {
             if changed[block] > 1 {
                 let n = f64::from(changed[block]);
                 let least = BLURRED * steps[block] / (3.0 * n * n);
-                resolved.squared[block] = resolved.squared[block].max(least);
+                squared[block] = squared[block].max(least);
             }
         }
     }

@@ -1,22 +1,27 @@
 //! Lights so small and bright that few samples, or none, meet them: what they may add to a picture that has not seen them.
 //!
 //! Two halves of the samples that both miss a light agree, and say that nothing is wrong: false convergence. But geometry
-//! knows where the light can be seen. A light of `a` square pixels and radiance `L`, blurred over `D`, is met by a share
+//! knows where the light can be seen. A light of `a` square pixels and radiance `L`, spread over `D`, is met by a share
 //! `q = a / D` of the samples of each pixel there, and adds `m = L q` to it. While `n` samples of a pixel are expected to
-//! meet it fewer than [`ENOUGH`] times, the error there is taken to be at least what chance makes of it: a pixel meets the light
-//! `k` times, Poisson about `n q`, and shows `min(1, k L / n)` for `min(1, m)`. Where the samples of a whole block should have
-//! met it several times, `m` is at most what they saw: the rest is hidden.
+//! meet it fewer than [`ENOUGH`] times, the error there is taken to be at least what chance makes of it: of `n` samples `k`
+//! meet the light, and a pixel that has the brightness `b` without it shows `min(1, b + k L / n)` for `min(1, b + m)`. Where the
+//! samples of a whole block should have met it several times, `m` is at most what they saw: the rest is hidden.
 
-use super::diffraction::Ring;
-use super::resolve::{BLOCKS, ByBlock, Resolved};
+use super::diffraction::Disk;
+use super::picture::Picture;
+use super::resolve::{BLOCKS, ByBlock};
+use super::spread::Spread;
 use crate::picture::BLOCK;
+use crate::raster::TILE;
 use crate::raster::bounds::Frustum;
 use crate::raster::view::View;
-use crate::scene::{Scene, Surfaces};
+use crate::scene::Scene;
 use glam::{DVec2, DVec3, Vec3};
+use rayon::prelude::*;
 
-/// Times that a light is expected to be met in a pixel before the samples' own word is taken.
-const ENOUGH: f64 = 16.0;
+/// Times that a light is expected to be met in a pixel before the samples' own word is taken: they are spread so evenly over
+/// pixel and lens that hardly any pixel misses it then. (With 16 times the error of lamps was stated up to 3 times too large.)
+const ENOUGH: f64 = 2.0;
 
 /// Times that a light is expected to be met in a block before it counts as hidden when its light is not there.
 const SEVERAL: f64 = 8.0;
@@ -27,16 +32,19 @@ const BRIGHT: f32 = 2.0;
 /// What lights may add to the pixels of a block.
 #[derive(Clone, Copy, Default)]
 struct Light {
-    /// The share of a pixel's samples that meet one.
+    /// The part of the block that they are spread over, at most 1 for each.
+    covered: f64,
+    /// The share of a pixel's samples that meet one, times the part.
     share: f64,
-    /// Their light, mean over the samples.
-    mean: f64,
+    /// Their light, mean over the samples, times the part.
+    mean: DVec3,
 }
 
 impl Light {
-    fn add(&mut self, other: &Self, sign: f64) {
-        self.share += sign * other.share;
-        self.mean += sign * other.mean;
+    fn add(&mut self, other: &Self, times: f64) {
+        self.covered += times * other.covered;
+        self.share += times * other.share;
+        self.mean += times * other.mean;
     }
 }
 
@@ -48,145 +56,171 @@ pub(super) struct Highlights {
 }
 
 impl Highlights {
-    /// `positions` are those of the surfaces, in the lens frame. Diffraction spreads light over `rings`, from the inmost.
-    pub(super) fn new(scene: &Scene, view: &View, positions: &[DVec3], gain: f32, rings: &[Ring]) -> Self {
+    /// `positions` are those of the surfaces, in the lens frame. Diffraction spreads light over `disks`. A pixel has
+    /// `samples` at least.
+    pub(super) fn new(
+        scene: &Scene,
+        view: &View,
+        positions: &[DVec3],
+        (samples, gain): (u32, f32),
+        disks: &[Disk],
+    ) -> Self {
         let surfaces = &scene.surfaces;
         let (columns, rows) = (view.width.div_ceil(BLOCK) as usize, view.height.div_ceil(BLOCK) as usize);
-        let bright: Vec<f32> = brightness(scene).into_iter().map(|light| light * gain).collect();
-        let is_bright = |t: usize| bright[surfaces.attributes[t].material as usize] >= BRIGHT;
-        if !bright.iter().any(|&light| light >= BRIGHT) || !(0..surfaces.triangles.len()).any(is_bright) {
+        let shown: Vec<Vec3> = brightness(scene).into_iter().map(|light| light * gain).collect();
+        let light_of = |t: usize| shown[surfaces.attributes[t].material as usize];
+        let is_bright = |t: &usize| light_of(*t).max_element() >= BRIGHT;
+        // One sample has no error stated.
+        if samples < 2
+            || !shown.iter().any(|light| light.max_element() >= BRIGHT)
+            || !(0..surfaces.triangles.len()).any(|t| is_bright(&t))
+        {
             return Self { columns, lights: Vec::new() };
         }
-        // Each light marks the corners of its box; sums along rows and columns then fill the boxes.
-        let stride = columns + 1;
-        let mut lights = vec![Light::default(); stride * (rows + 1)];
+        // What changes from block to block; sums along rows then give what there is. A span may end past the last column.
+        let stride = columns + 2;
+        let mut lights = vec![Light::default(); stride * rows];
         let frustum = Frustum::new(view);
-        for t in (0..surfaces.triangles.len()).filter(|&t| is_bright(t)) {
-            let radiance = f64::from(bright[surfaces.attributes[t].material as usize]);
-            let block = |x: f64, most: usize| ((x / f64::from(BLOCK)).floor().max(0.0) as usize).min(most);
-            // From the outmost ring inward: each box adds what its ring is brighter than the one around it.
-            let mut around = Light::default();
-            for ring in rings.iter().rev() {
-                let Some((light, [low, high])) = seen(surfaces, view, &frustum, positions, t, radiance, ring)
-                else {
+        let place = |&p: &DVec3| frustum.contains(p).then(|| pixel(view, p));
+        let places: Vec<Option<DVec2>> = positions.par_iter().map(place).collect();
+        for t in (0..surfaces.triangles.len()).filter(is_bright) {
+            let [a, b, c] = surfaces.triangles[t].map(|i| i as usize);
+            // What comes near the lens is not small.
+            let (Some(pa), Some(pb), Some(pc)) = (places[a], places[b], places[c]) else { continue };
+            let area = 0.5 * (pb - pa).perp_dot(pc - pa).abs();
+            let blurred = Spread::of([pa, pb, pc]).over(blur(view, positions[a], pa));
+            let radiance = light_of(t).as_dvec3();
+            for disk in disks {
+                let spread = blurred.over([DVec2::X * disk.reach.x, DVec2::Y * disk.reach.y]);
+                let share = (area * disk.share / spread.area()).min(1.0);
+                if !share.is_finite() {
                     continue;
-                };
-                let mut more = light;
-                more.add(&around, -1.0);
-                around = light;
-                let (x0, x1) = (block(low.x, columns), block(high.x + f64::from(BLOCK), columns));
-                let (y0, y1) = (block(low.y, rows), block(high.y + f64::from(BLOCK), rows));
-                for (x, y, sign) in [(x0, y0, 1.0), (x1, y0, -1.0), (x0, y1, -1.0), (x1, y1, 1.0)] {
-                    lights[y * stride + x].add(&more, sign);
                 }
+                let light = Light { covered: 1.0, share, mean: radiance * share };
+                spread.cover([view.width, view.height], |row, column, by| {
+                    lights[row * stride + column].add(&light, by);
+                });
             }
         }
-        for i in 0..lights.len() {
-            if i % stride > 0 {
-                let left = lights[i - 1];
-                lights[i].add(&left, 1.0);
+        for row in lights.chunks_mut(stride) {
+            for column in 1..row.len() {
+                let left = row[column - 1];
+                row[column].add(&left, 1.0);
             }
         }
-        for i in stride..lights.len() {
-            let above = lights[i - stride];
-            lights[i].add(&above, 1.0);
-        }
-        let lights = lights.chunks(stride).take(rows).flat_map(|row| row[..columns].to_vec()).collect();
+        let lights = lights.chunks(stride).flat_map(|row| row[..columns].to_vec()).collect();
         Self { columns, lights }
     }
 
-    /// Raises the squared errors of a tile's blocks, each a sum over pixels and channels, to what unseen lights may add. Tells
-    /// which were raised.
-    pub(super) fn raise(&self, (tx, ty): (u32, u32), samples: &ByBlock<u32>, resolved: &mut Resolved) -> u16 {
+    /// The lights of a block of a tile, if it has any.
+    fn at(&self, (tx, ty): (u32, u32), block: usize) -> Option<&Light> {
+        let (x, y) = (tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS);
+        let light = self.lights.get(y as usize * self.columns + x as usize);
+        // Sums and differences leave a trace where there is nothing.
+        light.filter(|light| (x as usize) < self.columns && light.share > 1e-12)
+    }
+}
+
+impl Picture<'_> {
+    /// Raises the squared errors of the blocks with `samples`, each a sum over pixels and channels, to what unseen lights may
+    /// add. Tells which were raised.
+    pub(super) fn raise_unseen(
+        &self,
+        tile: (u32, u32),
+        sums: &[[Vec3; 2]],
+        samples: &ByBlock<u32>,
+        squared: &mut ByBlock<f64>,
+    ) -> u16 {
         let mut raised = 0;
-        let pixels = f64::from(BLOCK * BLOCK);
-        for (block, error) in resolved.squared.iter_mut().enumerate() {
-            let (x, y) = (tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS);
-            let at = y as usize * self.columns + x as usize;
-            let Some(light) = self.lights.get(at).filter(|_| (x as usize) < self.columns) else { continue };
-            let n = f64::from(samples[block]);
-            // Sums and differences leave a trace where there is nothing.
-            if n == 0.0 || light.share * n >= ENOUGH || light.share < 1e-12 {
+        for (block, error) in squared.iter_mut().enumerate() {
+            let Some(light) = self.highlights.at(tile, block) else { continue };
+            let (n, covered) = (samples[block], light.covered.clamp(1e-3, 1.0));
+            let share = (light.share / covered).min(1.0);
+            if n == 0 || f64::from(n) * share >= ENOUGH {
                 continue;
             }
-            let mut mean = light.mean;
-            if light.share * n * pixels >= SEVERAL {
+            let Shown { pixels, mean: found, least } = self.shown(tile, block, sums, n);
+            let mut mean = light.mean / covered;
+            if f64::from(n) * share * pixels * covered >= SEVERAL {
                 // Met often enough about here to know how much of it is not hidden.
-                mean = mean.min(resolved.light[block] / pixels);
+                mean = mean.min((found - least).max(DVec3::ZERO) / covered);
             }
-            let least = 3.0 * pixels * expected_error(n * light.share, mean);
-            if least > *error {
-                *error = least;
+            let room = DVec3::ONE - least.min(DVec3::ONE);
+            let of_channel = |i: usize| expected_error(n, share, mean[i], room[i]);
+            let expected = covered * pixels * (of_channel(0) + of_channel(1) + of_channel(2));
+            if expected > *error {
+                *error = expected;
                 raised |= 1 << block;
             }
         }
         raised
     }
+
+    /// What a block shows after `n` samples.
+    fn shown(&self, (tx, ty): (u32, u32), block: usize, sums: &[[Vec3; 2]], n: u32) -> Shown {
+        let (left, top) = (block as u32 % BLOCKS * BLOCK, block as u32 / BLOCKS * BLOCK);
+        let right = (left + BLOCK).min(self.view.width - tx * TILE);
+        let bottom = (top + BLOCK).min(self.view.height - ty * TILE);
+        let (mut pixels, mut all, mut least) = (0.0, DVec3::ZERO, Vec3::INFINITY);
+        for y in top..bottom {
+            for x in left..right {
+                let Some([a, b]) = sums.get((y * TILE + x) as usize) else { continue };
+                let light = (*a + *b) * (self.gain / n as f32);
+                (pixels, all, least) = (pixels + 1.0, all + light.as_dvec3(), least.min(light));
+            }
+        }
+        Shown { pixels, mean: all / f64::max(pixels, 1.0), least: least.as_dvec3() }
+    }
 }
 
-/// The mean squared error of a pixel that meets a light `k` times, Poisson about `hits`, and shows `min(1, mean k / hits)`.
-fn expected_error(hits: f64, mean: f64) -> f64 {
-    let wanted = mean.min(1.0);
-    let most = (hits + 10.0 * hits.sqrt() + 10.0).min(200.0) as u32;
-    let (mut chance, mut sum) = (libm::exp(-hits), 0.0);
+/// What a block shows, not clamped.
+struct Shown {
+    pixels: f64,
+    mean: DVec3,
+    /// The least of any pixel, channel by channel: what is there without the light, where it is seldom met.
+    least: DVec3,
+}
+
+/// The mean squared error of a pixel of which `k` of `n` samples, each with the chance `share`, meet a light that adds `mean`,
+/// where it shows no more than `room`.
+fn expected_error(n: u32, share: f64, mean: f64, room: f64) -> f64 {
+    let hits = f64::from(n) * share;
+    if share >= 1.0 || mean <= 0.0 || hits <= 0.0 {
+        return 0.0;
+    }
+    let wanted = mean.min(room);
+    let most = ((hits + 10.0 * hits.sqrt() + 10.0).min(200.0) as u32).min(n);
+    let (mut chance, mut sum) = (libm::exp(f64::from(n) * libm::log1p(-share)), 0.0);
     for k in 0..=most {
-        let gap = (mean * f64::from(k) / hits).min(1.0) - wanted;
+        let gap = (mean * f64::from(k) / hits).min(room) - wanted;
         sum += chance * gap * gap;
-        chance *= hits / f64::from(k + 1);
+        chance *= f64::from(n - k) / f64::from(k + 1) * share / (1.0 - share);
     }
     sum
 }
 
 /// The most light that comes from each material: its own, and what of sun and sky it gives back.
-fn brightness(scene: &Scene) -> Vec<f32> {
+fn brightness(scene: &Scene) -> Vec<Vec3> {
     let sun = scene.sun.as_ref().map_or(Vec3::ZERO, |sun| sun.color.as_vec3());
     let light = scene.sky.ambient.as_vec3() + sun;
     let of = |material: &crate::scene::Material| {
-        (Vec3::from(material.emission) + Vec3::from(material.diffuse) * light).max_element()
+        Vec3::from(material.emission) + Vec3::from(material.diffuse) * light
     };
     scene.surfaces.materials.iter().map(of).collect()
 }
 
-/// What a triangle adds to the pixels that may see its light in a ring, and the box of these, in pixels.
-fn seen(
-    surfaces: &Surfaces,
-    view: &View,
-    frustum: &Frustum,
-    positions: &[DVec3],
-    triangle: usize,
-    radiance: f64,
-    ring: &Ring,
-) -> Option<(Light, [DVec2; 2])> {
-    let corners = surfaces.triangles[triangle].map(|i| positions[i as usize]);
-    if !corners.iter().all(|&corner| frustum.contains(corner)) {
-        // It comes near the lens, and is not small then.
-        return None;
-    }
-    let [c0, cu, cv] = &view.pixel_from_lens;
-    let places = corners.map(|corner| {
-        let p = corner.extend(1.0);
-        let w = c0[2].dot(p);
-        (DVec2::new(c0[0].dot(p), c0[1].dot(p)) / w, p, w)
-    });
-    let area = 0.5 * (places[1].0 - places[0].0).perp_dot(places[2].0 - places[0].0).abs();
-    // The blur's ellipse: how the image moves with the lens point.
-    let (center, p, w) = places[0];
-    let moves = |c: &[glam::DVec4; 3]| (DVec2::new(c[0].dot(p), c[1].dot(p)) - center * c[2].dot(p)) / w;
-    let (along, across) = (moves(cu), moves(cv));
-    let blurred = std::f64::consts::PI * along.perp_dot(across).abs() + area.max(1.0) + ring.area;
-    let reach = (along * along + across * across).map(f64::sqrt) + 1.0 + ring.reach;
-    let low = places[0].0.min(places[1].0).min(places[2].0) - reach;
-    let high = places[0].0.max(places[1].0).max(places[2].0) + reach;
-    let share = (area * ring.share / blurred).min(1.0);
-    let is_inside = high.x >= 0.0
-        && high.y >= 0.0
-        && low.x < f64::from(view.width)
-        && low.y < f64::from(view.height)
-        && share.is_finite()
-        && low.is_finite()
-        && high.is_finite();
-    let light = Light { share, mean: radiance * share };
-    is_inside.then_some((light, [low, high]))
+/// Where a point is seen through the centre of the lens.
+fn pixel(view: &View, point: DVec3) -> DVec2 {
+    let ([c, ..], p) = (&view.pixel_from_lens, point.extend(1.0));
+    DVec2::new(c[0].dot(p), c[1].dot(p)) / c[2].dot(p)
+}
+
+/// The half-axes of the ellipse over which the lens spreads a point, which is seen at `place`: how its image moves with the
+/// lens point.
+fn blur(view: &View, point: DVec3, place: DVec2) -> [DVec2; 2] {
+    let ([c, cu, cv], p) = (&view.pixel_from_lens, point.extend(1.0));
+    let w = c[2].dot(p);
+    [cu, cv].map(|c| (DVec2::new(c[0].dot(p), c[1].dot(p)) - place * c[2].dot(p)) / w)
 }
 
 #[cfg(test)]
@@ -196,10 +230,16 @@ mod tests {
     #[test]
     fn chance_errs_as_its_limits_say() {
         // Hardly ever met: all of it is missing. Met often and never clamped: the noise of counting.
-        assert!((expected_error(1e-4, 0.3) - 0.09).abs() < 1e-3);
-        let (hits, mean) = (16.0, 0.1);
-        assert!((expected_error(hits, mean) / (mean * mean / hits) - 1.0).abs() < 1e-3);
-        // So bright that one hit is white: wrong where there was none.
-        assert!((expected_error(3.0, 50.0) - libm::exp(-3.0)).abs() < 1e-9);
+        assert!((expected_error(1, 1e-4, 0.3, 1.0) - 0.09).abs() < 1e-3);
+        let (share, mean) = (16.0 / 4096.0, 0.1);
+        let counted = mean * mean / 16.0 * (1.0 - share);
+        assert!((expected_error(4096, share, mean, 1.0) / counted - 1.0).abs() < 1e-3);
+        // So bright that one hit is white: wrong where there was none, and by no more than was dark.
+        assert!(
+            (expected_error(1 << 20, 3.0 / f64::from(1 << 20), 50.0, 1.0) - libm::exp(-3.0)).abs() < 1e-6
+        );
+        assert!((expected_error(1, 1e-6, 50.0, 0.5) - 0.25).abs() < 1e-5);
+        // What every sample meets is right.
+        assert_eq!(expected_error(4, 1.0, 50.0, 1.0), 0.0);
     }
 }

@@ -14,6 +14,7 @@ mod pilot;
 mod progressive;
 mod resolve;
 mod room;
+mod spread;
 mod stages;
 mod tile_round;
 mod uniform;

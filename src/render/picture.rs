@@ -1,6 +1,6 @@
 //! What all tiles of a picture share: geometry in the lens frame, bins, the shader.
 
-use super::diffraction::{FilmDiffraction, NO_RINGS};
+use super::diffraction::{FilmDiffraction, ONE_PLACE};
 use super::draw::TileScratch;
 use super::frame::LensFrame;
 use super::highlights::Highlights;
@@ -149,10 +149,9 @@ impl<'a> Picture<'a> {
         let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, scene.up, |v| frame.vector(v));
         let falloff = active.has(EffectName::Falloff).then(|| frame.falloff());
         let gain = libm::exp2(scene.render.exposure_ev) as f32;
-        let highlights = match &diffraction {
-            Some(diffraction) => Highlights::new(scene, &view, positions, gain, &diffraction.rings(&view)),
-            None => Highlights::new(scene, &view, positions, gain, &NO_RINGS),
-        };
+        let disks = diffraction.as_ref().map(|diffraction| diffraction.disks(&view));
+        let disks = disks.as_ref().map_or(&ONE_PLACE[..], |disks| &disks[..]);
+        let highlights = Highlights::new(scene, &view, positions, (streams, gain), disks);
         Ok(Self {
             surfaces,
             points: Points { set: scene.render.points, shape, seed },

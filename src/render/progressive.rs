@@ -182,16 +182,14 @@ impl<'a> Progressive<'a> {
         let state = |tile: usize, sums: &[[Vec3; 2]], map: Option<&mut [f32]>| -> (f64, u64) {
             let (place, samples) = of_tile(tile);
             let mut map = map;
-            let mut resolved = picture.resolve(place, sums, &samples, map.as_deref_mut());
-            let found = resolved.squared;
-            picture.raise_edges(place, sums, (&samples, &samples), &mut resolved);
-            let unseen = picture.highlights.raise(place, &samples, &mut resolved);
+            let found = picture.resolve(place, sums, &samples, map.as_deref_mut());
+            let mut stated = found;
+            picture.raise_edges(place, sums, (&samples, &samples), &mut stated);
+            let unseen = picture.raise_unseen(place, sums, &samples, &mut stated);
             if let Some(map) = map {
-                for (block, stated) in resolved.squared.into_iter().enumerate() {
-                    picture.spread(place, block, (found[block], stated), map);
-                }
+                picture.spread_all(place, (&found, &stated), map);
             }
-            (resolved.squared.iter().sum(), u64::from(unseen.count_ones()))
+            (stated.iter().sum(), u64::from(unseen.count_ones()))
         };
         let mut errors = zeroed(if execution.error_map { self.sums.len() * area } else { 0 }, 0.0f32)?;
         let tiles = self.sums.par_iter().enumerate();

@@ -11,18 +11,9 @@ pub(super) const BLOCKS: u32 = TILE / BLOCK;
 /// A number for each block of a tile, row by row.
 pub(super) type ByBlock<T> = [T; (BLOCKS * BLOCKS) as usize];
 
-/// What the sums of a tile say, block by block.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Resolved {
-    /// Squared errors, summed over pixels and channels.
-    pub squared: ByBlock<f64>,
-    /// The light of the block's pixels: the strongest channel, brightened and not clamped, summed.
-    pub light: ByBlock<f64>,
-}
-
 impl Picture<'_> {
-    /// What the sums of a tile say; `samples` for each pixel of a block.
-    /// Each pixel's own error goes to `errors`, where there are any.
+    /// What the sums of a tile say of their error: squared, summed over the pixels and channels of each block; `samples` for each
+    /// pixel of a block. Each pixel's own error goes to `errors`, where there are any.
     ///
     /// Half of the samples are an independent estimate of the picture, and so is the other half; the mean weighs them
     /// by their sizes, and for equal halves its squared error is a quarter of their squared difference.
@@ -32,42 +23,45 @@ impl Picture<'_> {
         sums: &[[Vec3; 2]],
         samples: &ByBlock<u32>,
         mut errors: Option<&mut [f32]>,
-    ) -> Resolved {
-        let Resolved { mut squared, mut light } = Resolved::default();
+    ) -> ByBlock<f64> {
+        let mut squared = ByBlock::default();
         let (width, height) = (self.view.width - tx * TILE, self.view.height - ty * TILE);
-        for block in (0..samples.len()).filter(|&block| samples[block] > 0) {
+        for block in (0..samples.len()).filter(|&block| samples[block] > 1) {
             let n = samples[block];
             let (even, odd) = (n.div_ceil(2), n / 2);
             let share = f64::from(even) * f64::from(odd) / (f64::from(n) * f64::from(n));
-            let [all, even, odd] = [n, even, odd].map(|n| self.gain / n as f32);
+            let [even, odd] = [even, odd].map(|n| self.gain / n as f32);
             let shown = |sum: Vec3, gain: f32| (sum * gain).clamp(Vec3::ZERO, Vec3::ONE);
             let (left, top) = (block as u32 % BLOCKS * BLOCK, block as u32 / BLOCKS * BLOCK);
             for y in top..(top + BLOCK).min(height) {
                 for x in left..(left + BLOCK).min(width) {
                     let at = (y * TILE + x) as usize;
                     let Some(&[a, b]) = sums.get(at) else { continue };
-                    light[block] += f64::from((a + b).max_element() * all);
-                    if n > 1 {
-                        let error = share * (shown(a, even) - shown(b, odd)).as_dvec3().length_squared();
-                        squared[block] += error;
-                        if let Some(pixel) = errors.as_deref_mut().and_then(|errors| errors.get_mut(at)) {
-                            *pixel = (error / 3.0).sqrt() as f32;
-                        }
+                    let error = share * (shown(a, even) - shown(b, odd)).as_dvec3().length_squared();
+                    squared[block] += error;
+                    if let Some(pixel) = errors.as_deref_mut().and_then(|errors| errors.get_mut(at)) {
+                        *pixel = (error / 3.0).sqrt() as f32;
                     }
                 }
             }
         }
-        Resolved { squared, light }
+        squared
+    }
+
+    /// Raises the errors of a tile's pixels from what was `found` for its blocks to what is `stated`, where that is more.
+    pub(super) fn spread_all(
+        &self,
+        tile: (u32, u32),
+        (found, stated): (&ByBlock<f64>, &ByBlock<f64>),
+        errors: &mut [f32],
+    ) {
+        for block in 0..stated.len() {
+            self.spread(tile, block, (found[block], stated[block]), errors);
+        }
     }
 
     /// Raises the errors of a block's pixels from what was `found` to what is `stated` for the block, if that is more.
-    pub(super) fn spread(
-        &self,
-        (tx, ty): (u32, u32),
-        block: usize,
-        (found, stated): (f64, f64),
-        errors: &mut [f32],
-    ) {
+    fn spread(&self, (tx, ty): (u32, u32), block: usize, (found, stated): (f64, f64), errors: &mut [f32]) {
         if stated <= found {
             return;
         }

@@ -97,13 +97,13 @@ impl<'a> TileRound<'a> {
             reached if reached > now[block] => reached,
             _ => 0,
         });
-        let mut resolved = picture.resolve(self.tile, self.sums, &changed, None);
-        let plain = resolved.squared;
+        let plain = picture.resolve(self.tile, self.sums, &changed, None);
+        let mut errors = plain;
         let reached: ByBlock<u32> = std::array::from_fn(|block| now[block].max(changed[block]));
-        picture.raise_edges(self.tile, self.sums, (&reached, &changed), &mut resolved);
-        picture.highlights.raise(self.tile, &changed, &mut resolved);
+        picture.raise_edges(self.tile, self.sums, (&reached, &changed), &mut errors);
+        picture.raise_unseen(self.tile, self.sums, &changed, &mut errors);
         watch.lap(&mut tally.stages.resolve);
-        Some(Drawn { tally, changed, errors: resolved.squared, plain })
+        Some(Drawn { tally, changed, errors, plain })
     }
 
     /// Goes on from what was drawn as far as `forecast` says, with the triangles that were set up for that.

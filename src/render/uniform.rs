@@ -30,32 +30,37 @@ impl Picture<'_> {
             .into_iter()
             .map(|(run, splits)| Step { run, splits, wanted: EVERYWHERE })
             .collect();
-        let draw = |(scratch, sums): &mut (Borrowed<'_>, Vec<_>), tile, out, errors: Option<&mut [f32]>| {
-            if stop() {
-                return Default::default();
-            }
-            sums.clear();
-            let watch = Stopwatch::start(execution.clock);
-            let (mut tally, done) =
-                self.draw_tile(scratch.get(), self.place(tile), (&steps, SetUp::Now), sums, watch, &stop);
-            let mut watch = Stopwatch::start(execution.clock);
-            let squared = if done < steps.len() {
-                0.0
-            } else {
-                let place = self.place(tile);
-                let samples = [samples; 16];
-                self.means(place, sums, &samples, out);
-                let mut resolved = self.resolve(place, sums, &samples, errors);
-                let raised = self.highlights.raise(place, &samples, &mut resolved);
-                tally.unseen_light = u64::from(raised.count_ones());
-                resolved.squared.iter().sum()
+        let draw =
+            |(scratch, sums): &mut (Borrowed<'_>, Vec<_>), tile, out, mut errors: Option<&mut [f32]>| {
+                if stop() {
+                    return Default::default();
+                }
+                sums.clear();
+                let watch = Stopwatch::start(execution.clock);
+                let (mut tally, done) =
+                    self.draw_tile(scratch.get(), self.place(tile), (&steps, SetUp::Now), sums, watch, &stop);
+                let mut watch = Stopwatch::start(execution.clock);
+                let squared = if done < steps.len() {
+                    0.0
+                } else {
+                    let place = self.place(tile);
+                    let samples = [samples; 16];
+                    self.means(place, sums, &samples, out);
+                    let found = self.resolve(place, sums, &samples, errors.as_deref_mut());
+                    let mut stated = found;
+                    let raised = self.raise_unseen(place, sums, &samples, &mut stated);
+                    if let Some(errors) = errors {
+                        self.spread_all(place, (&found, &stated), errors);
+                    }
+                    tally.unseen_light = u64::from(raised.count_ones());
+                    stated.iter().sum()
+                };
+                watch.lap(&mut tally.stages.resolve);
+                if let Some(progress) = execution.progress {
+                    progress(finished.fetch_add(1, Ordering::Relaxed) + 1, tiles);
+                }
+                (tally, squared)
             };
-            watch.lap(&mut tally.stages.resolve);
-            if let Some(progress) = execution.progress {
-                progress(finished.fetch_add(1, Ordering::Relaxed) + 1, tiles);
-            }
-            (tally, squared)
-        };
         let scratch = || (self.scratch(), Vec::new());
         let each = pixels.par_chunks_mut(area).enumerate().with_max_len(TILES_AT_ONCE);
         let tallies: Vec<_> = if execution.error_map {
