@@ -82,6 +82,28 @@ fn each_effect_can_be_left_out() {
 }
 
 #[test]
+fn what_only_casts_shadows_into_view_is_in() {
+    let (keep, folder) = folder(CAMERA);
+    let mesh = "mtllib m.mtl\nv -10 -10 0\nv 10 -10 0\nv 0 20 0\nusemtl wall\nf 1 2 3\nv -40 -40 80\nv 40 -40 80\nv 0 60 80\nusemtl \
+                pane\nf 4 5 6\n";
+    std::fs::write(folder.join("t.obj"), mesh).unwrap();
+    std::fs::write(folder.join("m.mtl"), "newmtl wall\nKd 1 1 1\nnewmtl pane\nKd 1 1 1\nd 0.5\n").unwrap();
+    for (sun, is_in) in [("shadows = true\n", true), ("shadows = false\n", false)] {
+        let text = format!(
+            "{CAMERA}[[mesh]]\npath = \"t.obj\"\n[sun]\ntoward = [0, 0, 1]\ncolor = [1, 1, 1]\n{sun}"
+        );
+        std::fs::write(folder.join("scene.toml"), text).unwrap();
+        let json = run(&folder, &["explain", "scene.toml", "--json"]).expect(0, &[]).json();
+        let coverage =
+            json["effects"].as_array().unwrap().iter().find(|e| e["effect"] == "coverage").unwrap();
+        assert_eq!(coverage["active"], is_in, "{coverage}");
+        let change = coverage["change_rms"].as_f64().unwrap();
+        assert_eq!(change > 0.1, is_in, "{coverage}");
+    }
+    drop(keep);
+}
+
+#[test]
 fn explain_tells_every_effect() {
     // Focused before the triangle, which stands at the distance of the camera's own extension.
     let (_keep, folder) = folder(&format!("{CAMERA}{SMALL}").replace("152.3", "156"));

@@ -156,6 +156,23 @@ fn reason(scene: &Scene, seen: &Seen, name: EffectName, scale: f64) -> (bool, bo
     let materials = |found: usize, what: &str| {
         (asked, found > 0, format!("{found} of {in_view} materials in view have {what}, threshold 1"))
     };
+    // What the sun's light goes through may lie out of view.
+    let casts = seen.triangles > 0
+        && asks(scene, EffectName::Shadows)
+        && !scene.render.effects.without.has(EffectName::Shadows);
+    let casting = |has: &dyn Fn(usize) -> bool, (in_view, anywhere): (&[bool], &[bool]), what: &str| {
+        let found = count(&|i| in_view[i] && has(i));
+        let out_of_view = count(&|i| anywhere[i] && has(i));
+        if found > 0 || !casts || out_of_view == 0 {
+            return materials(found, what);
+        }
+        let of = count(&|i| seen.anywhere[0][i]);
+        (
+            asked,
+            true,
+            format!("{out_of_view} of {of} materials that may cast shadows have {what}, threshold 1"),
+        )
+    };
     let largest = seen.blur.map_or(0.0, |blur| blur[0]);
     match name {
         EffectName::Defocus if !asked => (false, false, "a pinhole".into()),
@@ -170,12 +187,12 @@ fn reason(scene: &Scene, seen: &Seen, name: EffectName, scale: f64) -> (bool, bo
         EffectName::Textures => {
             materials(count(&|i| seen.textured[i] && material(i).diffuse_map.is_some()), "a map_Kd")
         }
-        EffectName::Holes => materials(
-            count(&|i| seen.textured[i] && material(i).holed_maps().next().is_some()),
-            "a texture with alpha below 0.5",
-        ),
+        EffectName::Holes => {
+            let is_holed = |i: usize| material(i).holed_maps().next().is_some();
+            casting(&is_holed, (&seen.textured, &seen.anywhere[1]), "a texture with alpha below 0.5")
+        }
         EffectName::Coverage => {
-            materials(count(&|i| seen.materials[i] && material(i).coverage < 1.0), "d below 1")
+            casting(&|i| material(i).coverage < 1.0, (&seen.materials, &seen.anywhere[0]), "d below 1")
         }
         EffectName::Shadows | EffectName::SoftShadows if scene.sun.is_none() => {
             (false, false, "no [sun] table".into())

@@ -16,12 +16,15 @@ pub(super) struct Seen {
     pub triangles: usize,
     /// Some are textured: they have texture coordinates.
     pub textured: Vec<bool>,
+    /// In view or not, which is what the sun sees: textured or not, and textured.
+    pub anywhere: [Vec<bool>; 2],
 }
 
 #[derive(Clone)]
 struct Part {
     materials: Vec<bool>,
     textured: Vec<bool>,
+    anywhere: [Vec<bool>; 2],
     blur: [f64; 2],
     triangles: usize,
 }
@@ -44,6 +47,7 @@ impl Seen {
         let empty = Part {
             materials: vec![false; surfaces.materials.len()],
             textured: vec![false; surfaces.materials.len()],
+            anywhere: [0; 2].map(|_| vec![false; surfaces.materials.len()]),
             blur: [0.0, f64::INFINITY],
             triangles: 0,
         };
@@ -57,10 +61,13 @@ impl Seen {
                     is_in_view = true;
                     part.blur = [part.blur[0].max(blur), part.blur[1].min(blur)];
                 }
+                let attributes = &surfaces.attributes[first + i];
+                let (material, is_textured) = (attributes.material as usize, attributes.texcoords[0] != NONE);
+                part.anywhere[0][material] = true;
+                part.anywhere[1][material] |= is_textured;
                 if is_in_view {
-                    let attributes = &surfaces.attributes[first + i];
-                    part.materials[attributes.material as usize] = true;
-                    part.textured[attributes.material as usize] |= attributes.texcoords[0] != NONE;
+                    part.materials[material] = true;
+                    part.textured[material] |= is_textured;
                     part.triangles += 1;
                 }
             }
@@ -76,6 +83,7 @@ impl Seen {
         Self {
             materials: whole.materials,
             textured: whole.textured,
+            anywhere: whole.anywhere,
             blur: (whole.triangles > 0).then_some(whole.blur),
             triangles: whole.triangles,
         }
@@ -89,6 +97,7 @@ impl Part {
         };
         either(&mut self.materials, &other.materials);
         either(&mut self.textured, &other.textured);
+        self.anywhere.iter_mut().zip(&other.anywhere).for_each(|(ours, theirs)| either(ours, theirs));
         self.blur = [self.blur[0].max(other.blur[0]), self.blur[1].min(other.blur[1])];
         self.triangles += other.triangles;
         self
