@@ -43,7 +43,10 @@ fn folder(scene: &str) -> (tempfile::TempDir, PathBuf) {
 #[test]
 fn wrong_usage_is_64() {
     let (_keep, folder) = folder(CAMERA);
-    let wrong: [&[&str]; 25] = [
+    let wrong: [&[&str]; 28] = [
+        &["render", "scene.toml", "--max-error", "-1"],
+        &["render", "scene.toml", "--time-budget", "-1s"],
+        &["render", "scene.toml", "--width", "-3"],
         &[],
         &["nothing"],
         &["--nothing"],

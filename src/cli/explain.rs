@@ -18,8 +18,9 @@ use std::time::Instant;
 /// Width and samples of the small pictures.
 const PROBE: (u32, u32) = (160, 64);
 
-/// How often each is timed; the shortest counts.
-const TIMES: u32 = 3;
+/// How often two pictures are timed at least, and at most while it takes no longer than this in all.
+const TIMES: [usize; 2] = [5, 40];
+const SECONDS: f64 = 0.25;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -30,7 +31,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     pub(super) effects: EffectArguments,
     /// Width of the picture in pixels; the height follows
-    #[arg(long, value_name = "PX")]
+    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     pub(super) width: Option<Pixels>,
     /// Print JSON instead of text
     #[arg(long)]
@@ -51,7 +52,8 @@ struct Row {
     effect: &'static str,
     active: bool,
     because: String,
-    /// The part of the time for the picture that the effect takes, or would take; null where it cannot be had.
+    /// The part of the time for the picture that the effect takes, or would take: 0 where it is less than times differ by
+    /// themselves; null where it cannot be had.
     cost: Option<f64>,
     /// RMS change of the picture between with and without; null where it cannot be had.
     change_rms: Option<f64>,
@@ -71,7 +73,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             &scene,
             Execution { threads: Some(threads), memory, cancel: Some(cancel), ..Execution::default() },
         )
-    })?;
+    })
+    .map_err(|error| error.in_file(input.name()))?;
     if arguments.json { report::print_json(&explanation) } else { report::print(&words(&explanation)) }
 }
 
@@ -83,17 +86,17 @@ fn explain(scene: &Scene, execution: Execution<'_>) -> Result<Explanation> {
     small.render.budget = Budget::Samples(PROBE.1);
     // Nothing can be measured where the picture would be refused.
     let can_render = !scene.optics.film_reaches_aperture();
-    let base = if can_render { Some(probe(&small, plan.active(), execution)?) } else { None };
+    let base = if can_render { Some(Probe::new(&small, plan.active(), execution)?) } else { None };
     let mut effects = Vec::new();
     for (name, effect) in EffectName::ALL.into_iter().zip(plan.effects()) {
         // What is not asked for, or not there, is nothing to compare.
         let is_dropped = !effect.active && effect.because.contains("threshold");
         let measured = match &base {
             Some(base) if effect.active || is_dropped => {
-                let other = probe(&small, plan.active().set(name, !effect.active), execution)?;
-                let (with, without) = if effect.active { (base, &other) } else { (&other, base) };
-                let cost = (with.seconds - without.seconds) / base.seconds;
-                Some((cost, with.picture.rms_difference(&without.picture, scene.render.exposure_ev)))
+                let other = Probe::new(&small, plan.active().set(name, !effect.active), execution)?;
+                let more = extra_time(base, &other, execution)?;
+                let change = base.picture.rms_difference(&other.picture, scene.render.exposure_ev);
+                Some((if effect.active { 0.0 - more } else { more }, change))
             }
             _ => None,
         };
@@ -113,40 +116,74 @@ fn explain(scene: &Scene, execution: Execution<'_>) -> Result<Explanation> {
     })
 }
 
-/// A small picture and the time it took.
+/// A small scene with some of its effects, and its picture.
 struct Probe {
+    scene: Scene,
     picture: Exposure,
-    seconds: f64,
 }
 
-fn probe(scene: &Scene, active: EffectSet, execution: Execution<'_>) -> Result<Probe> {
-    let mut scene = scene.clone();
-    let inactive = EffectName::ALL.into_iter().filter(|&effect| !active.has(effect)).collect();
-    scene.render.effects = EffectChoice { all: false, with: active, without: inactive };
-    let mut best: Option<Probe> = None;
-    for _ in 0..TIMES {
-        let start = Instant::now();
+impl Probe {
+    fn new(scene: &Scene, active: EffectSet, execution: Execution<'_>) -> Result<Self> {
+        let mut scene = scene.clone();
+        let inactive = EffectName::ALL.into_iter().filter(|&effect| !active.has(effect)).collect();
+        scene.render.effects = EffectChoice { all: false, with: active, without: inactive };
         let (picture, _) = render(&scene, execution)?;
-        let seconds = start.elapsed().as_secs_f64();
-        if best.as_ref().is_none_or(|best| seconds < best.seconds) {
-            best = Some(Probe { picture, seconds });
-        }
+        Ok(Self { scene, picture })
     }
-    // There is one: it was drawn more than no times.
-    best.ok_or_else(|| groundglass::Error::invalid("nothing was drawn"))
+
+    fn seconds(&self, execution: Execution<'_>) -> Result<f64> {
+        let start = Instant::now();
+        render(&self.scene, execution)?;
+        Ok(start.elapsed().as_secs_f64())
+    }
+}
+
+/// How much longer than the first picture the second takes, as a part of the first's time. They are drawn by turns, so that
+/// what slows the machine down slows both. 0 where the median of the differences is within three of its standard
+/// errors.
+fn extra_time(first: &Probe, second: &Probe, execution: Execution<'_>) -> Result<f64> {
+    let (mut times, mut differences) = (Vec::new(), Vec::new());
+    let start = Instant::now();
+    while times.len() < TIMES[0] || times.len() < TIMES[1] && start.elapsed().as_secs_f64() < SECONDS {
+        // Each goes first every other time.
+        let (a, b) = if times.len() % 2 == 0 {
+            let a = first.seconds(execution)?;
+            (a, second.seconds(execution)?)
+        } else {
+            let b = second.seconds(execution)?;
+            (first.seconds(execution)?, b)
+        };
+        times.push(a);
+        differences.push(b - a);
+    }
+    let more = median(&mut differences);
+    let mut far: Vec<f64> = differences.iter().map(|difference| (difference - more).abs()).collect();
+    // Of normal noise: its standard deviation from the median distance, and the error of a median of so many.
+    let error = 1.4826 * median(&mut far) * 1.2533 / (differences.len() as f64).sqrt();
+    Ok(if more.abs() <= 3.0 * error { 0.0 } else { more / median(&mut times) })
+}
+
+fn median(numbers: &mut [f64]) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    let middle = numbers.len() / 2;
+    if numbers.len() % 2 == 1 { numbers[middle] } else { 0.5 * (numbers[middle - 1] + numbers[middle]) }
 }
 
 fn words(explanation: &Explanation) -> String {
     let mut text = format!("{:<15} {:<4} {:>6}  {:>8}  because\n", "effect", "", "time", "change");
     for row in &explanation.effects {
         let state = if row.active { "in" } else { "out" };
-        let cost = row.cost.map_or("-".into(), |cost| format!("{:+.0} %", 100.0 * cost));
+        let cost = match row.cost {
+            None => "-".into(),
+            Some(0.0) => "0 %".into(),
+            Some(cost) => format!("{:+.0} %", 100.0 * cost),
+        };
         let change = row.change_rms.map_or("-".into(), |change| format!("{change:.4}"));
         text += &format!("{:<15} {state:<4} {cost:>6}  {change:>8}  {}\n", row.effect, row.because);
     }
     text += &format!(
-        "\ntime: what the effect adds to the picture's time; change: RMS between with and without, linear light; both of \
-         pictures\n{} pixels wide with {} samples. What is left out as too small may change the picture by {}.\n",
+        "\ntime: what the effect adds to the picture's time, 0 where that cannot be told from chance;\nchange: RMS between with and without, linear light; both of \
+         pictures {} pixels wide with {} samples.\nWhat is left out as too small may change the picture by {}.\n",
         PROBE.0, PROBE.1, explanation.tolerance_rms
     );
     text

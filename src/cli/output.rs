@@ -118,8 +118,8 @@ fn folder_of(target: &Path) -> &Path {
     target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A folder made for output, which goes again when nothing comes to lie in it.
-pub(super) struct Folder(Option<PathBuf>);
+/// Folders made for output, the outermost first, which go again when nothing comes to lie in them.
+pub(super) struct Folder(Vec<PathBuf>);
 
 impl Folder {
     /// Makes the folder, unless it is there.
@@ -132,17 +132,32 @@ impl Folder {
                 .in_file(path.display().to_string())
                 .remedy("remove the link, or name the output with -o"));
         }
-        if path.is_dir() {
-            return Ok(Self(None));
+        Self::given(path)
+    }
+
+    /// Makes the folder that the user named, by way of links or not, unless it is there.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Io`] when it cannot be made.
+    pub(super) fn given(path: &Path) -> Result<Self> {
+        let missing = path.ancestors().take_while(|part| !part.as_os_str().is_empty() && !part.is_dir());
+        let mut missing: Vec<&Path> = missing.collect();
+        missing.reverse();
+        let mut made = Self(Vec::new());
+        for part in missing {
+            interrupt::register(part, || std::fs::create_dir_all(part)).map_err(|error| {
+                interrupt::release(part, || ());
+                broken(path, &error)
+            })?;
+            made.0.push(part.to_path_buf());
         }
-        interrupt::register(path, || std::fs::create_dir_all(path)).map_err(|error| broken(path, &error))?;
-        Ok(Self(Some(path.to_path_buf())))
+        Ok(made)
     }
 }
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        if let Some(path) = &self.0 {
+        for path in self.0.iter().rev() {
             // It stays when there is something in it.
             let _ = interrupt::release(path, || std::fs::remove_dir(path));
         }

@@ -10,6 +10,7 @@ use super::{diagram, interrupt, optics_words, output, report};
 use groundglass::error::{Error, ErrorKind, Result, Warning};
 use groundglass::plan::RenderPlan;
 use groundglass::render::{Execution, MOST_FOR_ERROR, SimdLevel, render, replay};
+use groundglass::sampling::runs::MOST_SAMPLES;
 use groundglass::scene::{Budget, Scene};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -28,19 +29,19 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
     /// Exactly this many samples for each pixel
-    #[arg(long, value_name = "N", group = "budget", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    #[arg(long, value_name = "N", group = "budget", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
     pub(super) samples: Option<u32>,
     /// Stop at this error: root mean square over the picture, linear light
-    #[arg(long, value_name = "E", group = "budget")]
+    #[arg(long, value_name = "E", group = "budget", allow_hyphen_values = true)]
     pub(super) max_error: Option<Positive>,
     /// Stop after this time, such as 2s
-    #[arg(long, value_name = "TIME", group = "budget")]
+    #[arg(long, value_name = "TIME", group = "budget", allow_hyphen_values = true)]
     pub(super) time_budget: Option<Seconds>,
     /// Width of the picture in pixels; the height follows
-    #[arg(long, value_name = "PX")]
+    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     pub(super) width: Option<Pixels>,
     /// Number of threads; all cores by default. The picture does not depend on it
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
     /// Vector instructions to use, to compare; the widest by default. The picture does not depend on it
     #[arg(long, value_name = "LEVEL")]
@@ -266,12 +267,13 @@ fn unseen_light(file: &str, blocks: u64) -> Warning {
 fn beyond_reach(file: &str, wanted: f64, reached: f64) -> Warning {
     // An error falls about as the number of samples to the power 0.6.
     let samples = f64::from(MOST_FOR_ERROR) * libm::pow(reached / wanted, 1.0 / 0.6);
+    let more = if samples <= f64::from(MOST_SAMPLES) { ", or for that many --samples" } else { "" };
     Warning {
         file: file.to_owned(),
         line: None,
         message: format!(
             "an error of {wanted} was asked for and {reached:.2e} is reached with up to {MOST_FOR_ERROR} samples a pixel, the most \
-             on the way to an error: it would take about {samples:.1e}; ask for a larger --max-error, or for that many --samples"
+             on the way to an error: it would take about {samples:.1e}; ask for a larger --max-error{more}"
         ),
     }
 }
@@ -279,7 +281,7 @@ fn beyond_reach(file: &str, wanted: f64, reached: f64) -> Warning {
 /// One line: what was made, how long it took, its error.
 fn summary(path: &Path, stats: &Stats) -> String {
     let error = match stats.estimated_rms_error {
-        Some(error) => format!("RMS error about {error:.4}"),
+        Some(error) => format!("RMS error about {}", report::rms(error)),
         None => "one sample a pixel: its error is unknown".to_owned(),
     };
     let samples = match stats.samples_per_pixel {

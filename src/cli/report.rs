@@ -30,6 +30,11 @@ pub(super) fn print(text: &str) -> Result<()> {
     }
 }
 
+/// An error of a picture in words: four decimals, or two digits where these would show hardly any.
+pub(super) fn rms(error: f64) -> String {
+    if error == 0.0 || error >= 0.001 { format!("{error:.4}") } else { format!("{error:.1e}") }
+}
+
 /// Prints a value as JSON, every number so that it reads back exactly.
 ///
 /// # Errors

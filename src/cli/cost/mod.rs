@@ -15,7 +15,7 @@ use super::effects::EffectArguments;
 use super::input::{self, MemoryArguments, SceneArguments};
 use super::values::Pixels;
 use super::{interrupt, optics_words, output, report as tell, stats};
-use groundglass::error::{Error, Result};
+use groundglass::error::{Error, ErrorKind, Result};
 use std::path::PathBuf;
 use study::Study;
 
@@ -32,10 +32,10 @@ pub(super) struct Arguments {
     #[arg(long)]
     pub(super) quick: bool,
     /// Width of the pictures in pixels; the height follows
-    #[arg(long, value_name = "PX")]
+    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     pub(super) width: Option<Pixels>,
     /// Number of threads; all cores by default
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
     #[command(flatten)]
     pub(super) effects: EffectArguments,
@@ -60,11 +60,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         .unwrap_or_else(|| PathBuf::from("groundglass-out").join(format!("{stem}-cost")));
     // Held to the end: a study that cannot begin leaves no folder.
     let _folder = match arguments.output {
-        None => Some(output::Folder::make(&folder)?),
-        Some(_) => {
-            std::fs::create_dir_all(&folder).map_err(|error| output::broken(&folder, &error))?;
-            None
-        }
+        None => output::Folder::make(&folder)?,
+        Some(_) => output::Folder::given(&folder)?,
     };
     let limits = (Some(threads), input.room());
     let study = interrupt::polled(|cancel| {
@@ -73,10 +70,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         Ok(study)
     })
     .map_err(|error: Error| match error.kind() {
-        groundglass::ErrorKind::Cancelled => {
+        ErrorKind::Cancelled if folder.join("cost.json").exists() => {
             error.remedy(format!("the same command goes on; {} keeps what was measured", folder.display()))
         }
-        _ => error,
+        ErrorKind::Cancelled => error.remedy("nothing was measured yet: the converged picture comes first"),
+        _ => error.in_file(input.name()),
     })?;
     report::write(&study, &stem, &folder)?;
     tell::print(&format!("{}\n{}\n", report::sentence(&study), folder.join("cost.md").display()))

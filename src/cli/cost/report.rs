@@ -1,6 +1,6 @@
 //! What a study writes: charts (TOML, SVG, PDF, PNG), a table (CSV; JSON is there already), crops and a page in words.
 
-use super::super::{diagram, output};
+use super::super::{diagram, output, report as tell};
 use super::answers;
 use super::study::{BASELINE, Measured, Study, nothing};
 use super::ways::{ADAPTIVE, APPROXIMATION, Setting, Step, UNIFORM};
@@ -58,13 +58,13 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
     let slope = libm::log(before.true_rms / last.true_rms) / libm::log(last.seconds / before.seconds);
     let mut words = if slope.is_finite() && slope > 0.05 {
         format!(
-            "Halving the error from here ({:.4} in {}) costs {:.1} times as long.",
-            last.true_rms,
+            "Halving the error from here ({} in {}) costs {:.1} times as long.",
+            tell::rms(last.true_rms),
             duration(last.seconds),
             libm::exp2(1.0 / slope)
         )
     } else {
-        format!("More time hardly makes the error of {:.4} smaller.", last.true_rms)
+        format!("More time hardly makes the error of {} smaller.", tell::rms(last.true_rms))
     };
     if let Some(adaptive) = rows(study, ADAPTIVE).last() {
         // What uniform sampling takes for the same error, between its own steps.
@@ -72,8 +72,8 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
         if same.is_finite() && same > 0.0 {
             let _ = write!(
                 words,
-                " Samples where they help most reach {:.4} in {}, {:.0} % of the time that as many for every pixel take.",
-                adaptive.true_rms,
+                " Samples where they help most reach {} in {}, {:.0} % of the time that as many for every pixel take.",
+                tell::rms(adaptive.true_rms),
                 duration(adaptive.seconds),
                 100.0 * adaptive.seconds / same
             );
@@ -89,9 +89,9 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
     if let [approximation] = rows(study, APPROXIMATION)[..] {
         let _ = write!(
             words,
-            " One pinhole picture with a blur is done in {} and stays wrong by {:.4}, whatever the time.",
+            " One pinhole picture with a blur is done in {} and stays wrong by {}, whatever the time.",
             duration(approximation.seconds),
-            approximation.true_rms
+            tell::rms(approximation.true_rms)
         );
     }
     words
@@ -105,10 +105,10 @@ fn csv(study: &Study<'_>) -> String {
     let mut text =
         "way,setting,samples,true_rms,stated_rms,seconds,seconds_low,seconds_high,ratio\n".to_owned();
     for row in &study.table.measured {
-        let stated = row.stated_rms.map_or(String::new(), |error| format!("{error:.6}"));
+        let stated = row.stated_rms.map_or(String::new(), |error| format!("{error:.9}"));
         let _ = writeln!(
             text,
-            "{},{},{:.2},{:.6},{stated},{:.4},{:.4},{:.4},{:.3}",
+            "{},{},{:.2},{:.9},{stated},{:.6},{:.6},{:.6},{:.3}",
             row.way,
             row.setting,
             row.samples,

@@ -2,9 +2,10 @@
 
 use super::super::output;
 use super::super::progress::Progress;
+use super::super::report;
 use super::ways::{Setting, Step, UNIFORM, draw, ladder};
 use exr::prelude::{ReadChannels, ReadLayers};
-use groundglass::error::{Error, Result};
+use groundglass::error::{Error, Result, Warning};
 use groundglass::picture::{Allocation, Exposure};
 use groundglass::render::{Execution, SimdLevel, render};
 use groundglass::scene::{Budget, Files, Scene, Source};
@@ -70,6 +71,8 @@ pub(super) struct Study<'a> {
     pub(super) left: usize,
     /// None until [`Study::measure`] has it.
     pub(super) truth: Option<Exposure>,
+    /// The folder holds a study of another scene or in another way.
+    holds_another: bool,
     folder: &'a Path,
     /// Threads, and bytes of memory that drawing may take.
     limits: (Option<usize>, Option<u64>),
@@ -97,11 +100,12 @@ impl<'a> Study<'a> {
             converged_samples: if quick { QUICK_TRUTH } else { TRUTH },
             measured: Vec::new(),
         };
-        let mut truth = None;
+        let (mut truth, mut holds_another) = (None, false);
         let found = kept(&folder.join("cost.json"), 16 << 20);
         if let Some(found) = found.and_then(|text| serde_json::from_slice::<Table>(&text).ok()) {
             let blank = |table: &Table| Table { measured: Vec::new(), ..table.clone() };
             let same = serde_json::to_string(&blank(&found)).ok() == serde_json::to_string(&table).ok();
+            holds_another = !same && !found.measured.is_empty();
             if same {
                 truth = converged(&folder.join("converged.exr"), &table);
                 // Errors against a picture that is gone are worth nothing.
@@ -110,7 +114,7 @@ impl<'a> Study<'a> {
                 }
             }
         }
-        Ok(Self { scene, table, left: 0, truth, folder, limits, read })
+        Ok(Self { scene, table, left: 0, truth, holds_another, folder, limits, read })
     }
 
     /// Measures what is not measured yet.
@@ -176,11 +180,32 @@ impl<'a> Study<'a> {
         scene.render.budget = Budget::Samples(self.table.converged_samples);
         scene.render.seed = scene.render.seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let (truth, _) = render(&scene, execution)?;
+        if self.holds_another {
+            self.set_aside()?;
+        }
         let path = self.folder.join("converged.exr");
         output::write_whole(&path, &self.read, |file| truth.write_exr(&[], file))?;
         self.table.measured.clear();
         self.save()?;
         Ok(truth)
+    }
+
+    /// Renames the table of another study, and says so.
+    fn set_aside(&mut self) -> Result<()> {
+        let table = self.folder.join("cost.json");
+        let free = (1..).map(|n| self.folder.join(format!("cost.{n}.json"))).find(|path| !path.exists());
+        let Some(kept) = free else { return Ok(()) };
+        std::fs::rename(&table, &kept).map_err(|error| output::broken(&table, &error))?;
+        self.holds_another = false;
+        report::warnings(&[Warning {
+            file: table.display().to_string(),
+            line: None,
+            message: format!(
+                "this was of another scene or another way to measure, and is now {}",
+                kept.display()
+            ),
+        }]);
+        Ok(())
     }
 
     fn save(&self) -> Result<()> {
