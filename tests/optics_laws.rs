@@ -96,6 +96,15 @@ proptest! {
     }
 
     #[test]
+    fn standards_turned_alike_and_focused_at_infinity_have_the_plane_at_infinity(camera in camera()) {
+        let rear = Standard { tilt: camera.front.tilt, swing: camera.front.swing, ..camera.rear };
+        let camera = Camera { rear, ..camera };
+        let solved = solve(&camera, &FocusTarget::Distance(f64::INFINITY), Adjust::Rear).unwrap();
+        let solved = Camera { extension: solved.extension, ..camera };
+        prop_assert_eq!(Optics::new(&solved).unwrap().focus_plane().m, DVec3::ZERO);
+    }
+
+    #[test]
     fn a_point_in_focus_has_one_image_for_every_lens_point(camera in camera(), x in -0.5..0.5f64, y in -0.5..0.5f64) {
         let optics = Optics::new(&camera).unwrap();
         // A film point's conjugate lies in the focus plane by definition of the image alone.

@@ -228,7 +228,11 @@ impl Optics {
     pub fn pull_back(&self, plane: Plane) -> Plane {
         let ratio = plane.e / self.f;
         if ratio.is_finite() {
-            return Plane { m: plane.m - ratio * self.a, e: plane.e };
+            let m = plane.m - ratio * self.a;
+            // Parallel to the lens and in its focal plane: turned standards leave a last bit, and a plane at 1e15 m that faces anywhere.
+            let is_parallel = plane.m.cross(self.a) == DVec3::ZERO;
+            let is_noise = m.length() <= 4.0 * f64::EPSILON * ratio.abs();
+            return Plane { m: if is_parallel && is_noise { DVec3::ZERO } else { m }, e: plane.e };
         }
         // Any scale is the same plane: this one when the quotient overflows.
         let sign = 1f64.copysign(plane.e);
