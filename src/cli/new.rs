@@ -6,7 +6,7 @@ use super::output;
 use super::progress::Progress;
 use groundglass::error::{Error, Result};
 use groundglass::scene::starter::{self, Statistics};
-use groundglass::scene::{AssetLoader, Source};
+use groundglass::scene::{AssetLoader, Source, parse};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -43,7 +43,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     }
     let written = relative(&folder_of(&target)?, &model)?;
     let statistics = measure(&source, &model)?;
-    output::write_text(&target, &source.paths(), &starter::scene_for(&statistics, &written))
+    let text = starter::scene_for(&statistics, &written);
+    // A model of 1e18 m asks for a camera beyond all limits.
+    parse(&text, &target.display().to_string()).and_then(|document| document.describe()).map_err(
+        |error| {
+            Error::invalid(format!("no camera can be set up before this model: {}", error.message()))
+                .in_file(&*model_name)
+                .remedy("give the model another unit of length, such as metres")
+        },
+    )?;
+    output::write_text(&target, &source.paths(), &text)
 }
 
 /// Bounds and covered sides of the model's triangles.
@@ -89,12 +98,23 @@ pub(super) fn relative(folder: &Path, file: &Path) -> Result<String> {
             refused("its path is not UTF-8, as a scene file must be", "rename the file or folder")
         })?);
     }
-    Ok(parts.join("/"))
+    let path = parts.join("/");
+    if path.contains('\\') && !cfg!(windows) || path.contains(char::is_control) {
+        return Err(refused("a scene file cannot name this path", "rename the file or folder"));
+    }
+    Ok(path)
 }
 
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_that_a_scene_cannot_hold_are_refused() {
+        for name in ["/a/b\\c.obj", "/a/new\nline.obj"] {
+            assert!(relative(Path::new("/a"), Path::new(name)).is_err(), "{name}");
+        }
+    }
 
     #[test]
     fn models_are_named_from_the_scenes_folder() {

@@ -125,10 +125,15 @@ impl Source for Memory {
     }
 }
 
-/// `written` with slashes, if it can be a file's name at all.
+/// `written` with slashes and without blanks around it, which lines of OBJ and MTL files may have, if it can be a file's name at
+/// all.
 pub(super) fn slashed(written: &str) -> Result<String> {
-    let name = written.trim().replace('\\', "/");
-    if name.is_empty() {
+    name(written.trim())
+}
+
+fn name(written: &str) -> Result<String> {
+    let name = written.replace('\\', "/");
+    if name.trim().is_empty() {
         return Err(Error::invalid("a file name is empty"));
     }
     if name.contains("://") {
@@ -138,9 +143,9 @@ pub(super) fn slashed(written: &str) -> Result<String> {
     Ok(name)
 }
 
-/// `written` with slashes, if it is a relative path.
+/// `written` with slashes, blanks and all, if it is a relative path.
 pub(super) fn relative(written: &str) -> Result<String> {
-    let name = slashed(written)?;
+    let name = name(written)?;
     let drive = name.as_bytes().get(1) == Some(&b':') && name.as_bytes()[0].is_ascii_alphabetic();
     if drive || name.starts_with('/') || Path::new(&name).is_absolute() {
         return Err(Error::invalid(format!("`{written}` is an absolute path"))
