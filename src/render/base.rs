@@ -19,7 +19,7 @@ const ROUND_ENTRY: f64 = 5.0;
 const ROUNDS: f64 = 3.0;
 
 /// A base may take so many times the samples of the one that takes fewest, to save time.
-const SPARE: f64 = 1.2;
+const SPARE: f64 = 1.25;
 
 /// What `base` samples of every pixel, drawn at once, take.
 pub(super) fn first_work(blocks: impl IntoIterator<Item = Block>, base: u32) -> f64 {

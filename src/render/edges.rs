@@ -15,21 +15,18 @@ use crate::raster::TILE;
 use glam::Vec3;
 
 /// The constant for an edge through a lens; and through a pinhole, where it adds up over the two or three rows that count.
-const BLURRED: f64 = 0.06;
+const BLURRED: f64 = 0.08;
 const SHARP: f64 = 1.2 / 3.0;
 
-/// How many pixels to both sides an edge's contrast is looked for: as far as blur is so narrow that its rows do not make up for
-/// each other.
-const REACH: usize = 3;
+/// How many pixels to both sides an edge's contrast is looked for.
+const REACH: usize = 4;
 
 /// Steps along an edge that runs as pixels do are at most this part of the steps across it.
 const ALIGNED: f32 = 0.125;
 
-/// A pixel is part of the edge if what changes there is at least this part of the contrast.
-const PART: f32 = 1.0 / 16.0;
-
-/// An even slope is no edge: some step is at least so many times what each would have of the contrast if all were alike.
-const STEEP: f32 = 4.0 / 3.0;
+/// A pixel is part of an edge if what changes there is at least this part of the contrast. An even slope has an eighth of it in
+/// each step, one that begins or ends there a quarter; rows of wider blur make up for each other.
+const PART: f32 = 0.3;
 
 /// Of eight pixels beside each other so many must see the edge.
 const ROW: usize = 7;
@@ -44,46 +41,79 @@ struct Steps {
     steps: [[f32; (TILE * TILE) as usize]; 2],
 }
 
+/// As much as so many tiles whose edges err as they may: what little has been seen tells little.
+const DOUBT: f64 = 4.0;
+
+/// How much edges err in a picture, as a part of what they may.
+///
+/// Blurred or smooth textures have steps that err less than edges of surfaces do, and pictures of thousands of edges
+/// tell by themselves how much these err. In: for each tile what its blocks with edges err by their samples' word, and
+/// what these may hide.
+pub(super) fn share(tiles: impl IntoIterator<Item = [f64; 2]>) -> f64 {
+    let add = |[count, found, hidden]: [f64; 3], tile: [f64; 2]| {
+        if tile[1] > 0.0 { [count + 1.0, found + tile[0], hidden + tile[1]] } else { [count, found, hidden] }
+    };
+    let [count, found, hidden] = tiles.into_iter().fold([0.0; 3], add);
+    let share = if hidden > 0.0 { (found / hidden).min(1.0) } else { 1.0 };
+    (count * share + DOUBT) / (count + DOUBT)
+}
+
+/// A tile for [`share`].
+pub(super) fn found_and_hidden(blocks: impl IntoIterator<Item = (f64, f64)>) -> [f64; 2] {
+    let add = |[found, hidden]: [f64; 2], (error, edges): (f64, f64)| {
+        if edges > 0.0 { [found + error, hidden + edges] } else { [found, hidden] }
+    };
+    blocks.into_iter().fold([0.0; 2], add)
+}
+
 impl Picture<'_> {
-    /// Raises the errors of the blocks with `samples` (of all, and of those that count) to what their edges may hide.
-    pub(super) fn raise_edges(
+    /// What the edges of the blocks with `samples` (of all, and of those that count) may hide at most: squared errors.
+    pub(super) fn hidden(
         &self,
         (tx, ty): (u32, u32),
         sums: &[[Vec3; 2]],
         (all, changed): (&ByBlock<u32>, &ByBlock<u32>),
-        squared: &mut ByBlock<f64>,
-    ) {
+    ) -> ByBlock<f64> {
         let size =
             [self.view.width - tx * TILE, self.view.height - ty * TILE].map(|size| size.min(TILE) as usize);
-        let tile = Steps::new(size, |x, y| {
-            let n = all[y / BLOCK as usize * BLOCKS as usize + x / BLOCK as usize].max(1);
-            let [a, b] = sums.get(y * TILE as usize + x).copied().unwrap_or_default();
-            ((a + b) * (self.gain / n as f32)).clamp(Vec3::ZERO, Vec3::ONE)
-        });
-        for (block, squared) in squared.iter_mut().enumerate().filter(|&(block, _)| changed[block] > 1) {
+        let scales = all.map(|n| self.gain / n.max(1) as f32);
+        let mut shown = [Vec3::ZERO; (TILE * TILE) as usize];
+        let rows = sums.chunks(TILE as usize).zip(shown.chunks_mut(TILE as usize)).take(size[1]);
+        for (y, (sums, shown)) in rows.enumerate() {
+            let scales = &scales[y / BLOCK as usize * BLOCKS as usize..];
+            let blocks = sums.chunks(BLOCK as usize).zip(shown.chunks_mut(BLOCK as usize));
+            for ((sums, shown), &scale) in blocks.zip(scales) {
+                for ([a, b], shown) in sums.iter().zip(shown) {
+                    *shown = ((a + b) * scale).clamp(Vec3::ZERO, Vec3::ONE);
+                }
+            }
+        }
+        let tile = Steps::new(size, shown);
+        std::array::from_fn(|block| {
+            if changed[block] < 2 {
+                return 0.0;
+            }
             let n = f64::from(changed[block]);
             let missed =
                 if self.view.radius > 0.0 { BLURRED / libm::pow(n, 4.0 / 3.0) } else { SHARP / (n * n) };
-            *squared = squared.max(missed * tile.contrasts(block));
-        }
+            missed * tile.contrasts(block)
+        })
     }
 }
 
 impl Steps {
-    fn new(size: [usize; 2], value: impl Fn(usize, usize) -> Vec3) -> Self {
-        let mut shown = [Vec3::ZERO; (TILE * TILE) as usize];
-        for y in 0..size[1] {
-            for x in 0..size[0] {
-                shown[y * TILE as usize + x] = value(x, y);
+    fn new(size: [usize; 2], shown: [Vec3; (TILE * TILE) as usize]) -> Self {
+        let mut steps = [[0.0; (TILE * TILE) as usize]; 2];
+        let [across, down] = &mut steps;
+        let rows = |y: usize| &shown[y * TILE as usize..][..size[0]];
+        for (y, steps) in across.chunks_mut(TILE as usize).take(size[1]).enumerate() {
+            for (step, pair) in steps.iter_mut().zip(rows(y).windows(2)) {
+                *step = (pair[1] - pair[0]).length_squared();
             }
         }
-        let mut steps = [[0.0; (TILE * TILE) as usize]; 2];
-        for (axis, steps) in steps.iter_mut().enumerate() {
-            let ends = [size[0] - usize::from(axis == 0), size[1] - usize::from(axis == 1)];
-            for y in 0..ends[1] {
-                for at in (0..ends[0]).map(|x| y * TILE as usize + x) {
-                    steps[at] = (shown[at + STRIDE[axis]] - shown[at]).length_squared();
-                }
+        for (y, steps) in down.chunks_mut(TILE as usize).take(size[1] - 1).enumerate() {
+            for ((step, here), below) in steps.iter_mut().zip(rows(y)).zip(rows(y + 1)) {
+                *step = (*below - *here).length_squared();
             }
         }
         Self { size, shown, steps }
@@ -98,11 +128,14 @@ impl Steps {
         for axis in 0..2 {
             let beside = first[1 - axis]..ends[1 - axis];
             for along in first[axis]..ends[axis] {
-                let row = beside.clone().map(|across| self.contrast(axis, along, across));
-                let (count, squared) = row.fold((0, 0.0), |(count, squared), contrast| {
-                    (count + usize::from(contrast > 0.0), squared + f64::from(contrast))
-                });
-                if count * BLOCK as usize >= ROW * beside.len() {
+                // Most rows are done after two pixels.
+                let (mut others, mut squared) = (BLOCK as usize - ROW, 0.0);
+                let sees = |across| {
+                    let contrast = self.contrast(axis, along, across);
+                    squared += f64::from(contrast);
+                    contrast > 0.0 || others.checked_sub(1).inspect(|&left| others = left).is_some()
+                };
+                if beside.clone().all(sees) {
                     sum += squared;
                 }
             }
@@ -125,20 +158,16 @@ impl Steps {
         if change == 0.0 {
             return 0.0;
         }
-        let window = [along.saturating_sub(REACH), (along + REACH).min(self.size[axis] - 1)];
-        let steepest =
-            (window[0]..window[1]).map(|near| self.steps[axis][line + near * stride]).fold(0.0, f32::max);
-        if own(1 - axis, across) > ALIGNED * ALIGNED * steepest {
+        if own(1 - axis, across) > ALIGNED * ALIGNED * change {
             return 0.0;
         }
+        let window = along.saturating_sub(REACH)..(along + REACH + 1).min(self.size[axis]);
         let (mut low, mut high) = (self.shown[here], self.shown[here]);
-        for value in (window[0]..=window[1]).map(|near| self.shown[line + near * stride]) {
+        for value in window.map(|near| self.shown[line + near * stride]) {
             (low, high) = (low.min(value), high.max(value));
         }
         let contrast = (high - low).length_squared();
-        let steep = STEEP / (window[1] - window[0]) as f32;
-        let is_edge = change >= PART * PART * contrast && steepest >= steep * steep * contrast;
-        if is_edge { contrast } else { 0.0 }
+        if change >= PART * PART * contrast { contrast } else { 0.0 }
     }
 }
 
@@ -147,7 +176,8 @@ mod tests {
     use super::*;
 
     fn contrasts(value: impl Fn(usize, usize) -> f32) -> f64 {
-        let tile = Steps::new([32, 32], |x, y| Vec3::splat(value(x, y)));
+        let shown = std::array::from_fn(|at| Vec3::splat(value(at % 32, at / 32)));
+        let tile = Steps::new([32, 32], shown);
         (0..16).map(|block| tile.contrasts(block)).sum()
     }
 
@@ -157,8 +187,8 @@ mod tests {
         let step = |at: usize| [0.0, 0.5, 1.0][(at + 1).saturating_sub(13).min(2)];
         assert_eq!(contrasts(|_, y| step(y)), 3.0 * 32.0 * 3.0);
         assert_eq!(contrasts(|x, _| step(x)), 3.0 * 32.0 * 3.0);
-        // Blurred over four pixels as well; an even slope, a slanted edge and single pixels do not.
-        assert!(contrasts(|_, y| ((y as f32 - 12.0) / 4.0).clamp(0.0, 1.0)) > 300.0);
+        // Blurred over three pixels as well; an even slope, a slanted edge and single pixels do not.
+        assert!(contrasts(|_, y| ((y as f32 - 12.0) / 3.0).clamp(0.0, 1.0)) > 300.0);
         assert_eq!(contrasts(|_, y| y as f32 / 32.0), 0.0);
         assert_eq!(contrasts(|x, y| (y as f32 - 8.0 - x as f32 / 4.0).clamp(0.0, 1.0)), 0.0);
         assert_eq!(contrasts(|x, y| ((x * 7 + y * 13) % 5) as f32 / 4.0), 0.0);

@@ -2,6 +2,7 @@
 
 use super::Execution;
 use super::allocate::{self, TileBlocks};
+use super::edges;
 use super::progressive::Progressive;
 use super::resolve::BLOCKS;
 use crate::error::Result;
@@ -53,13 +54,19 @@ impl Progressive<'_> {
         blocks.iter_mut().zip(&self.plain).for_each(|(block, &error)| block.error = error);
         let (tiles_x, tiles_y) = (columns.div_ceil(BLOCKS), rows.div_ceil(BLOCKS));
         let tiles = (0..tiles_y).flat_map(|y| (0..tiles_x).map(move |x| (x, y)));
+        let tiles: Vec<(u32, u32)> = tiles.filter(|&(x, y)| pilot.contains(x, y)).collect();
         let of_tile = |(tx, ty): (u32, u32)| {
             let (right, bottom) = ((tx * BLOCKS + BLOCKS).min(columns), (ty * BLOCKS + BLOCKS).min(rows));
             let places = (ty * BLOCKS..bottom).flat_map(|y| (tx * BLOCKS..right).map(move |x| (x, y)));
-            let tile = places.map(|(x, y)| blocks[(y * columns + x) as usize]).collect();
-            TileBlocks::new(tile, (right - tx * BLOCKS) as usize)
+            let places: Vec<usize> = places.map(|(x, y)| (y * columns + x) as usize).collect();
+            let edges = edges::found_and_hidden(places.iter().map(|&at| (self.plain[at], self.hidden[at])));
+            let tile = places.iter().map(|&at| blocks[at]).collect();
+            (TileBlocks::new(tile, (right - tx * BLOCKS) as usize), edges)
         };
-        Ok(tiles.filter(|&(x, y)| pilot.contains(x, y)).map(of_tile).collect())
+        let (tiles, edges): (Vec<_>, Vec<_>) = tiles.into_iter().map(of_tile).unzip();
+        // None of these tiles was chosen for its error: later those go on that seem to be wrong.
+        self.hides = edges::share(edges);
+        Ok(tiles)
     }
 }
 

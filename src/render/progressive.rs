@@ -4,6 +4,7 @@
 
 use super::allocate::{Block, Forecast};
 use super::draw::{SetUp, TILES_AT_ONCE};
+use super::edges;
 use super::picture::Picture;
 use super::resolve::{BLOCKS, ByBlock};
 use super::tile_round::{Drawn, TileRound};
@@ -24,8 +25,11 @@ pub(super) struct Progressive<'a> {
     pub samples: BlockSamples,
     /// Block by block the sum of squared errors over its pixels and channels.
     pub errors: Vec<f64>,
-    /// These without what edges may hide: a forecast goes by what is usual.
+    /// These by the word of the samples alone, by which forecasts go, and what edges may hide.
     pub plain: Vec<f64>,
+    pub hidden: Vec<f64>,
+    /// How much edges err, as a part of what they may: see [`edges::share`].
+    pub hides: f64,
     /// What a sample takes in each tile, as its first run found: see [`allocate::cost`].
     costs: Vec<f64>,
     counts: Counts,
@@ -39,9 +43,9 @@ impl<'a> Progressive<'a> {
         zeroed(tiles * (TILE * TILE) as usize, [[0.0f32; 3]; 3])?;
         let (columns, rows) = samples.columns_and_rows();
         let errors = zeroed(columns as usize * rows as usize, 0.0)?;
-        let plain = errors.clone();
-        let costs = zeroed(tiles, 0.0)?;
-        Ok(Self { picture, sums: vec![Vec::new(); tiles], samples, errors, plain, costs, counts })
+        let (plain, hidden) = (errors.clone(), errors.clone());
+        let (costs, sums) = (zeroed(tiles, 0.0)?, vec![Vec::new(); tiles]);
+        Ok(Self { picture, sums, samples, errors, plain, hidden, hides: 1.0, costs, counts })
     }
 
     /// A number for each block of the picture.
@@ -73,6 +77,7 @@ impl<'a> Progressive<'a> {
             self.sums.iter_mut().for_each(Vec::clear);
             self.errors.fill(0.0);
             self.plain.fill(0.0);
+            self.hidden.fill(0.0);
             self.costs.fill(0.0);
         }
     }
@@ -110,7 +115,7 @@ impl<'a> Progressive<'a> {
         late: &(dyn Fn() -> bool + Sync),
     ) -> Result<Vec<Block>> {
         let (columns, _) = self.samples.columns_and_rows();
-        let (picture, samples) = (self.picture, &self.samples);
+        let (picture, samples, hides) = (self.picture, &self.samples, self.hides);
         let finished = AtomicUsize::new(0);
         let tiles = self.sums.len();
         let stop = || cancelled(execution) || late();
@@ -122,8 +127,14 @@ impl<'a> Progressive<'a> {
             .map_init(
                 || picture.scratch(),
                 |scratch, (tile, sums)| {
-                    let mut round =
-                        TileRound::new(picture, tile, samples, (scratch.get(), sums), execution, &stop);
+                    let mut round = TileRound::new(
+                        picture,
+                        tile,
+                        (samples, hides),
+                        (scratch.get(), sums),
+                        execution,
+                        &stop,
+                    );
                     let now = round.by_block(|x, y| samples.get(x, y));
                     let then =
                         round.by_block(|x, y| wanted[(y * columns + x) as usize].max(samples.get(x, y)));
@@ -154,7 +165,7 @@ impl<'a> Progressive<'a> {
         let (columns, _) = self.samples.columns_and_rows();
         for (tile, drawn) in drawn.into_iter().enumerate() {
             let (Some(drawn), (tx, ty)) = (drawn, self.picture.place(tile)) else { continue };
-            let Drawn { tally, changed, errors, plain } = drawn;
+            let Drawn { tally, changed, errors, plain, hidden } = drawn;
             self.counts.shading_requests += tally.requests;
             self.counts.stages.add(&tally.stages);
             if self.costs[tile] == 0.0 {
@@ -164,7 +175,8 @@ impl<'a> Progressive<'a> {
                 let (x, y) = (tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS);
                 self.samples.set(x, y, changed[block]);
                 let at = (y * columns + x) as usize;
-                (self.errors[at], self.plain[at]) = (errors[block], plain[block]);
+                (self.errors[at], self.plain[at], self.hidden[at]) =
+                    (errors[block], plain[block], hidden[block]);
             }
         }
     }
@@ -179,15 +191,23 @@ impl<'a> Progressive<'a> {
             ((tx, ty), std::array::from_fn(of_block))
         };
         // From what there is now, not as it came: an edge goes by the pixels beside it, which may have got more samples since.
-        let state = |tile: usize, sums: &[[Vec3; 2]], map: Option<&mut [f32]>| -> (f64, u64) {
+        let edges = |(tile, sums): (usize, &Vec<[Vec3; 2]>)| {
             let (place, samples) = of_tile(tile);
-            let mut map = map;
-            let found = picture.resolve(place, sums, &samples, map.as_deref_mut());
-            let mut stated = found;
-            picture.raise_edges(place, sums, (&samples, &samples), &mut stated);
+            let found = picture.resolve(place, sums, &samples, None);
+            (found, picture.hidden(place, sums, (&samples, &samples)))
+        };
+        let known: Vec<_> = self.sums.par_iter().enumerate().map(edges).collect();
+        let of_edges = |(found, hidden): &(ByBlock<f64>, ByBlock<f64>)| {
+            edges::found_and_hidden(found.iter().copied().zip(hidden.iter().copied()))
+        };
+        let hides = edges::share(known.iter().map(of_edges));
+        let state = |tile: usize, sums: &[[Vec3; 2]], map: Option<&mut [f32]>| -> (f64, u64) {
+            let ((place, samples), (found, hidden)) = (of_tile(tile), &known[tile]);
+            let mut stated = std::array::from_fn(|block| found[block].max(hides * hidden[block]));
             let unseen = picture.raise_unseen(place, sums, &samples, &mut stated);
             if let Some(map) = map {
-                picture.spread_all(place, (&found, &stated), map);
+                picture.resolve(place, sums, &samples, Some(map));
+                picture.spread_all(place, (found, &stated), map);
             }
             (stated.iter().sum(), u64::from(unseen.count_ones()))
         };

@@ -21,6 +21,8 @@ pub(super) struct TileRound<'a> {
     size: (u32, u32),
     /// The samples of the first run.
     base: u32,
+    /// How much edges err, as a part of what they may.
+    hides: f64,
     scratch: &'a mut TileScratch,
     sums: &'a mut Vec<[Vec3; 2]>,
     execution: &'a Execution<'a>,
@@ -33,8 +35,9 @@ pub(super) struct Drawn {
     /// The numbers of samples of the blocks that got more, and their errors.
     pub changed: ByBlock<u32>,
     pub errors: ByBlock<f64>,
-    /// These without what edges may hide.
+    /// These by the word of the samples alone, and what edges may hide.
     pub plain: ByBlock<f64>,
+    pub hidden: ByBlock<f64>,
 }
 
 impl Tally {
@@ -55,7 +58,7 @@ impl<'a> TileRound<'a> {
     pub(super) fn new(
         picture: &'a Picture<'a>,
         tile: usize,
-        samples: &BlockSamples,
+        (samples, hides): (&BlockSamples, f64),
         (scratch, sums): (&'a mut TileScratch, &'a mut Vec<[Vec3; 2]>),
         execution: &'a Execution<'a>,
         stop: &'a dyn Fn() -> bool,
@@ -64,7 +67,7 @@ impl<'a> TileRound<'a> {
         let corner = (tile.0 * BLOCKS, tile.1 * BLOCKS);
         let (columns, rows) = samples.columns_and_rows();
         let size = (BLOCKS.min(columns - corner.0), BLOCKS.min(rows - corner.1));
-        Self { picture, tile, corner, size, base: samples.base(), scratch, sums, execution, stop }
+        Self { picture, tile, corner, size, base: samples.base(), hides, scratch, sums, execution, stop }
     }
 
     /// The blocks that lie in the picture, row by row: their numbers in the tile, and their columns and rows in the picture.
@@ -98,12 +101,12 @@ impl<'a> TileRound<'a> {
             _ => 0,
         });
         let plain = picture.resolve(self.tile, self.sums, &changed, None);
-        let mut errors = plain;
         let reached: ByBlock<u32> = std::array::from_fn(|block| now[block].max(changed[block]));
-        picture.raise_edges(self.tile, self.sums, (&reached, &changed), &mut errors);
+        let hidden = picture.hidden(self.tile, self.sums, (&reached, &changed));
+        let mut errors = std::array::from_fn(|block| plain[block].max(self.hides * hidden[block]));
         picture.raise_unseen(self.tile, self.sums, &changed, &mut errors);
         watch.lap(&mut tally.stages.resolve);
-        Some(Drawn { tally, changed, errors, plain })
+        Some(Drawn { tally, changed, errors, plain, hidden })
     }
 
     /// Goes on from what was drawn as far as `forecast` says, with the triangles that were set up for that.
