@@ -190,10 +190,16 @@ impl<'a> Progressive<'a> {
             };
             ((tx, ty), std::array::from_fn(of_block))
         };
+        let (columns, rows) = samples.columns_and_rows();
         // From what there is now, not as it came: an edge goes by the pixels beside it, which may have got more samples since.
         let edges = |(tile, sums): (usize, &Vec<[Vec3; 2]>)| {
             let (place, samples) = of_tile(tile);
-            let found = picture.resolve(place, sums, &samples, None);
+            let found = std::array::from_fn(|block| {
+                let (x, y) =
+                    (place.0 * BLOCKS + block as u32 % BLOCKS, place.1 * BLOCKS + block as u32 / BLOCKS);
+                let is_inside = x < columns && y < rows;
+                if is_inside { self.plain[(y * columns + x) as usize] } else { 0.0 }
+            });
             (found, picture.hidden(place, sums, (&samples, &samples)))
         };
         let known: Vec<_> = self.sums.par_iter().enumerate().map(edges).collect();
