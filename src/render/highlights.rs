@@ -9,7 +9,7 @@
 
 use super::diffraction::Disk;
 use super::picture::Picture;
-use super::resolve::{BLOCKS, ByBlock};
+use super::resolve::{BLOCKS, ByBlock, block_place};
 use super::spread::Spread;
 use crate::picture::BLOCK;
 use crate::raster::TILE;
@@ -113,8 +113,8 @@ impl Highlights {
     }
 
     /// The lights of a block of a tile, if it has any.
-    fn at(&self, (tx, ty): (u32, u32), block: usize) -> Option<&Light> {
-        let (x, y) = (tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS);
+    fn at(&self, tile: (u32, u32), block: usize) -> Option<&Light> {
+        let (x, y) = block_place(tile, block);
         let light = self.lights.get(y as usize * self.columns + x as usize);
         // Sums and differences leave a trace where there is nothing.
         light.filter(|light| (x as usize) < self.columns && light.share > 1e-12)

@@ -6,7 +6,7 @@ use super::allocate::{Block, Forecast};
 use super::draw::{SetUp, TILES_AT_ONCE};
 use super::edges;
 use super::picture::Picture;
-use super::resolve::{BLOCKS, ByBlock};
+use super::resolve::{BLOCKS, ByBlock, block_place};
 use super::tile_round::{Drawn, TileRound};
 use super::uniform::zeroed;
 use super::{Counts, Execution, cancelled, done, stopped};
@@ -164,7 +164,7 @@ impl<'a> Progressive<'a> {
     fn take(&mut self, drawn: Vec<Option<Drawn>>) {
         let (columns, _) = self.samples.columns_and_rows();
         for (tile, drawn) in drawn.into_iter().enumerate() {
-            let (Some(drawn), (tx, ty)) = (drawn, self.picture.place(tile)) else { continue };
+            let (Some(drawn), place) = (drawn, self.picture.place(tile)) else { continue };
             let Drawn { tally, changed, errors, plain, hidden } = drawn;
             self.counts.shading_requests += tally.requests;
             self.counts.stages.add(&tally.stages);
@@ -172,7 +172,7 @@ impl<'a> Progressive<'a> {
                 self.costs[tile] = tally.cost();
             }
             for block in (0..changed.len()).filter(|&block| changed[block] > 0) {
-                let (x, y) = (tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS);
+                let (x, y) = block_place(place, block);
                 self.samples.set(x, y, changed[block]);
                 let at = (y * columns + x) as usize;
                 (self.errors[at], self.plain[at], self.hidden[at]) =
@@ -184,19 +184,19 @@ impl<'a> Progressive<'a> {
     pub(super) fn finish(self, execution: &Execution<'_>) -> Result<(Exposure, Counts)> {
         let (area, picture, samples) = ((TILE * TILE) as usize, self.picture, &self.samples);
         let of_tile = |tile: usize| -> ((u32, u32), ByBlock<u32>) {
-            let (tx, ty) = picture.place(tile);
+            let place = picture.place(tile);
             let of_block = |block: usize| {
-                samples.get(tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS)
+                let (x, y) = block_place(place, block);
+                samples.get(x, y)
             };
-            ((tx, ty), std::array::from_fn(of_block))
+            (place, std::array::from_fn(of_block))
         };
         let (columns, rows) = samples.columns_and_rows();
         // From what there is now, not as it came: an edge goes by the pixels beside it, which may have got more samples since.
         let edges = |(tile, sums): (usize, &Vec<[Vec3; 2]>)| {
             let (place, samples) = of_tile(tile);
             let found = std::array::from_fn(|block| {
-                let (x, y) =
-                    (place.0 * BLOCKS + block as u32 % BLOCKS, place.1 * BLOCKS + block as u32 / BLOCKS);
+                let (x, y) = block_place(place, block);
                 let is_inside = x < columns && y < rows;
                 if is_inside { self.plain[(y * columns + x) as usize] } else { 0.0 }
             });

@@ -8,6 +8,11 @@ use glam::Vec3;
 /// Blocks on the side of a tile.
 pub(super) const BLOCKS: u32 = TILE / BLOCK;
 
+/// Column and row in the picture of a block of a tile, counted in blocks.
+pub(super) fn block_place((tx, ty): (u32, u32), block: usize) -> (u32, u32) {
+    (tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS)
+}
+
 /// A number for each block of a tile, row by row.
 pub(super) type ByBlock<T> = [T; (BLOCKS * BLOCKS) as usize];
 
