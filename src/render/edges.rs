@@ -11,7 +11,9 @@
 use super::picture::Picture;
 use super::resolve::{BLOCKS, ByBlock};
 use crate::picture::BLOCK;
-use crate::raster::TILE;
+use crate::raster::{LANES, TILE};
+use crate::simd::at_level;
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, f32x16};
 use glam::Vec3;
 
 /// The constant for an edge through a lens; and through a pinhole, where it adds up over the two or three rows that count.
@@ -31,14 +33,15 @@ const PART: f32 = 0.3;
 /// Of eight pixels beside each other so many must see the edge.
 const ROW: usize = 7;
 
-/// From a pixel of a tile to the next along each axis.
-const STRIDE: [usize; 2] = [1, TILE as usize];
+/// Pixels of a tile beside each other, with one more on both sides.
+const SIDE: usize = TILE as usize + 2;
 
-/// What a tile shows, and the squared steps from each pixel to the next along each axis.
-struct Steps {
+/// What a tile shows, channel by channel and row by row. What lies outside of the picture shows what is nearest to it inside.
+struct Shown {
     size: [usize; 2],
-    shown: [Vec3; (TILE * TILE) as usize],
-    steps: [[f32; (TILE * TILE) as usize]; 2],
+    channels: [[[f32; SIDE]; SIDE]; 3],
+    /// Bit `x` of number `y`: whether the pixel may be part of an edge across either axis.
+    edges: [[u32; TILE as usize]; 2],
 }
 
 /// As much as so many tiles whose edges err as they may: what little has been seen tells little.
@@ -77,46 +80,58 @@ impl Picture<'_> {
         let size =
             [self.view.width - tx * TILE, self.view.height - ty * TILE].map(|size| size.min(TILE) as usize);
         let scales = all.map(|n| self.gain / n.max(1) as f32);
-        let mut shown = [Vec3::ZERO; (TILE * TILE) as usize];
-        let rows = sums.chunks(TILE as usize).zip(shown.chunks_mut(TILE as usize)).take(size[1]);
-        for (y, (sums, shown)) in rows.enumerate() {
-            let scales = &scales[y / BLOCK as usize * BLOCKS as usize..];
-            let blocks = sums.chunks(BLOCK as usize).zip(shown.chunks_mut(BLOCK as usize));
-            for ((sums, shown), &scale) in blocks.zip(scales) {
-                for ([a, b], shown) in sums.iter().zip(shown) {
-                    *shown = ((a + b) * scale).clamp(Vec3::ZERO, Vec3::ONE);
-                }
-            }
-        }
-        let tile = Steps::new(size, shown);
+        let tile = Shown::new(self.level, size, |x, y| {
+            let scale = scales[y / BLOCK as usize * BLOCKS as usize + x / BLOCK as usize];
+            let sum = sums.get(y * TILE as usize + x).map_or(Vec3::ZERO, |[a, b]| a + b);
+            (sum * scale).clamp(Vec3::ZERO, Vec3::ONE)
+        });
         std::array::from_fn(|block| {
-            if changed[block] < 2 {
+            let n = f64::from(changed[block]);
+            let contrasts = if n < 2.0 { 0.0 } else { tile.contrasts(block) };
+            if contrasts == 0.0 {
                 return 0.0;
             }
-            let n = f64::from(changed[block]);
             let missed =
                 if self.view.radius > 0.0 { BLURRED / libm::pow(n, 4.0 / 3.0) } else { SHARP / (n * n) };
-            missed * tile.contrasts(block)
+            missed * contrasts
         })
     }
 }
 
-impl Steps {
-    fn new(size: [usize; 2], shown: [Vec3; (TILE * TILE) as usize]) -> Self {
-        let mut steps = [[0.0; (TILE * TILE) as usize]; 2];
-        let [across, down] = &mut steps;
-        let rows = |y: usize| &shown[y * TILE as usize..][..size[0]];
-        for (y, steps) in across.chunks_mut(TILE as usize).take(size[1]).enumerate() {
-            for (step, pair) in steps.iter_mut().zip(rows(y).windows(2)) {
-                *step = (pair[1] - pair[0]).length_squared();
+impl Shown {
+    fn new(level: Level, [width, height]: [usize; 2], color: impl Fn(usize, usize) -> Vec3) -> Self {
+        let mut all = Self {
+            size: [width, height],
+            channels: [[[0.0; SIDE]; SIDE]; 3],
+            edges: [[0; TILE as usize]; 2],
+        };
+        for y in 0..height {
+            for x in 0..width {
+                let color = color(x, y).to_array();
+                for (channel, value) in all.channels.iter_mut().zip(color) {
+                    channel[y + 1][x + 1] = value;
+                }
             }
         }
-        for (y, steps) in down.chunks_mut(TILE as usize).take(size[1] - 1).enumerate() {
-            for ((step, here), below) in steps.iter_mut().zip(rows(y)).zip(rows(y + 1)) {
-                *step = (*below - *here).length_squared();
+        for channel in &mut all.channels {
+            for row in &mut channel[1..=height] {
+                (row[0], row[width + 1]) = (row[1], row[width]);
             }
+            (channel[0], channel[height + 1]) = (channel[1], channel[height]);
         }
-        Self { size, shown, steps }
+        at_level!(level, simd => mark(simd, &mut all));
+        all
+    }
+
+    /// The colours of 16 pixels from column `x` of row `y` on, counted from those outside.
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, x: usize, y: usize) -> [f32x16<S>; 3] {
+        let [red, green, blue] = &self.channels;
+        [
+            f32x16::from_slice(simd, &red[y][x..x + LANES]),
+            f32x16::from_slice(simd, &green[y][x..x + LANES]),
+            f32x16::from_slice(simd, &blue[y][x..x + LANES]),
+        ]
     }
 
     /// Squared contrasts of the edges along rows and columns, summed over the pixels of a block that they touch.
@@ -124,18 +139,22 @@ impl Steps {
         let block = block as u32;
         let first = [block % BLOCKS * BLOCK, block / BLOCKS * BLOCK].map(|at| at as usize);
         let ends = [0, 1].map(|axis| (first[axis] + BLOCK as usize).min(self.size[axis]));
+        if first[0] >= ends[0] || first[1] >= ends[1] {
+            return 0.0;
+        }
         let mut sum = 0.0;
         for axis in 0..2 {
-            let beside = first[1 - axis]..ends[1 - axis];
-            for along in first[axis]..ends[axis] {
-                // Most rows are done after two pixels.
+            let mut lines = self.lines(axis, first, ends);
+            while lines != 0 {
+                let along = first[axis] + lines.trailing_zeros() as usize;
+                lines &= lines - 1;
                 let (mut others, mut squared) = (BLOCK as usize - ROW, 0.0);
                 let sees = |across| {
                     let contrast = self.contrast(axis, along, across);
                     squared += f64::from(contrast);
                     contrast > 0.0 || others.checked_sub(1).inspect(|&left| others = left).is_some()
                 };
-                if beside.clone().all(sees) {
+                if (first[1 - axis]..ends[1 - axis]).all(sees) {
                     sum += squared;
                 }
             }
@@ -143,41 +162,85 @@ impl Steps {
         sum
     }
 
+    /// Which columns (`axis` 0) or rows of a block may be edges: most have more pixels that are none than an edge may have.
+    fn lines(&self, axis: usize, first: [usize; 2], ends: [usize; 2]) -> u32 {
+        let columns = u32::MAX >> (u32::BITS as usize - (ends[0] - first[0]));
+        let rows = self.edges[axis][first[1]..ends[1]].iter().map(|row| !(row >> first[0]) & columns);
+        if axis == 1 {
+            let may = |others: u32| u32::from(others.count_ones() as usize <= BLOCK as usize - ROW);
+            return rows.enumerate().fold(0, |lines, (y, others)| lines | may(others) << y);
+        }
+        // Columns with one pixel that is none, and with two.
+        let (_, two) = rows.fold((0, 0), |(one, two), others| (one | others, two | one & others));
+        columns & !two
+    }
+
     /// The squared contrast along `axis` at a pixel, 0 where it is not part of an edge across that axis.
     fn contrast(&self, axis: usize, along: usize, across: usize) -> f32 {
-        let (stride, other) = (STRIDE[axis], STRIDE[1 - axis]);
-        let line = across * other;
-        let here = line + along * stride;
-        // Steps into and out of the pixel.
-        let own = |axis: usize, at: usize| {
-            let steps = &self.steps[axis];
-            let into = if at > 0 { steps[here - STRIDE[axis]] } else { 0.0 };
-            into.max(steps[here])
-        };
-        let change = own(axis, along);
-        if change == 0.0 {
-            return 0.0;
-        }
-        if own(1 - axis, across) > ALIGNED * ALIGNED * change {
+        let place = |along: usize| if axis == 0 { [along, across] } else { [across, along] };
+        let [x, y] = place(along);
+        if self.edges[axis][y] >> x & 1 == 0 {
             return 0.0;
         }
         let window = along.saturating_sub(REACH)..(along + REACH + 1).min(self.size[axis]);
-        let (mut low, mut high) = (self.shown[here], self.shown[here]);
-        for value in window.map(|near| self.shown[line + near * stride]) {
-            (low, high) = (low.min(value), high.max(value));
+        let (mut contrast, mut into, mut out) = (0.0, 0.0, 0.0);
+        for channel in &self.channels {
+            let here = channel[y + 1][x + 1];
+            let (mut low, mut high) = (here, here);
+            for [x, y] in window.clone().map(place) {
+                (low, high) = (low.min(channel[y + 1][x + 1]), high.max(channel[y + 1][x + 1]));
+            }
+            let [before, after] = match axis {
+                0 => [channel[y + 1][x], channel[y + 1][x + 2]],
+                _ => [channel[y][x + 1], channel[y + 2][x + 1]],
+            };
+            contrast += (high - low) * (high - low);
+            into += (here - before) * (here - before);
+            out += (after - here) * (after - here);
         }
-        let contrast = (high - low).length_squared();
-        if change >= PART * PART * contrast { contrast } else { 0.0 }
+        if into.max(out) >= PART * PART * contrast { contrast } else { 0.0 }
     }
+}
+
+/// Finds the pixels that change along one axis and hardly along the other.
+#[inline(always)]
+fn mark<S: Simd>(simd: S, shown: &mut Shown) {
+    let zero = f32x16::splat(simd, 0.0);
+    for y in 0..shown.size[1] {
+        for x in (0..TILE as usize).step_by(LANES) {
+            let here = shown.load(simd, x + 1, y + 1);
+            let right =
+                larger(step(shown.load(simd, x, y + 1), here), step(here, shown.load(simd, x + 2, y + 1)));
+            let down =
+                larger(step(shown.load(simd, x + 1, y), here), step(here, shown.load(simd, x + 1, y + 2)));
+            let columns = right.simd_gt(zero) & down.simd_le(right * (ALIGNED * ALIGNED));
+            let rows = down.simd_gt(zero) & right.simd_le(down * (ALIGNED * ALIGNED));
+            shown.edges[0][y] |= (columns.to_bitmask() as u32) << x;
+            shown.edges[1][y] |= (rows.to_bitmask() as u32) << x;
+        }
+    }
+}
+
+#[inline(always)]
+fn larger<S: Simd>(a: f32x16<S>, b: f32x16<S>) -> f32x16<S> {
+    a.simd_gt(b).select(a, b)
+}
+
+/// The squares of the steps from 16 pixels to 16 others.
+#[inline(always)]
+fn step<S: Simd>(from: [f32x16<S>; 3], to: [f32x16<S>; 3]) -> f32x16<S> {
+    let (r, g, b) = (to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+    r * r + g * g + b * b
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::SimdLevel;
 
     fn contrasts(value: impl Fn(usize, usize) -> f32) -> f64 {
-        let shown = std::array::from_fn(|at| Vec3::splat(value(at % 32, at / 32)));
-        let tile = Steps::new([32, 32], shown);
+        let level = SimdLevel::best().level();
+        let tile = Shown::new(level, [32, 32], |x, y| Vec3::splat(value(x, y)));
         (0..16).map(|block| tile.contrasts(block)).sum()
     }
 
