@@ -75,23 +75,13 @@ impl Patches {
             .collect();
         keyed.par_sort_unstable();
 
+        let followers: Vec<(u32, u32)> = keyed
+            .par_chunk_by(|a, b| a.0 == b.0)
+            .filter(|run| run.len() > 1)
+            .flat_map_iter(|run| followers(surfaces, run.iter().map(|&(_, t)| t), thickness))
+            .collect();
         let mut leader: Vec<u32> = (0..count as u32).collect();
-        for run in keyed.chunk_by(|a, b| a.0 == b.0).filter(|run| run.len() > 1) {
-            let mut rest: Vec<(u32, Flat)> =
-                run.iter().filter_map(|&(_, t)| Some((t, Flat::new(surfaces, t as usize)?))).collect();
-            for _ in 0..ROUNDS {
-                let largest = rest.iter().enumerate().max_by(|a, b| a.1.1.area().total_cmp(&b.1.1.area()));
-                let Some((at, _)) = largest else { break };
-                let (reference, surface) = rest.swap_remove(at);
-                rest.retain(|(t, flat)| {
-                    let same = surface.continues(flat, thickness);
-                    if same {
-                        leader[*t as usize] = reference;
-                    }
-                    !same
-                });
-            }
-        }
+        followers.into_iter().for_each(|(t, reference)| leader[t as usize] = reference);
         let mut number = vec![NONE; count];
         let mut reference = Vec::new();
         let of = leader
@@ -107,6 +97,26 @@ impl Patches {
             .collect();
         Self { of, reference, flat: coplanar }
     }
+}
+
+/// Which of these triangles continue a larger one, and which.
+fn followers(surfaces: &Surfaces, triangles: impl Iterator<Item = u32>, thickness: f64) -> Vec<(u32, u32)> {
+    let flat = |t: u32| Some((t, Flat::new(surfaces, t as usize)?));
+    let mut rest: Vec<(u32, Flat)> = triangles.filter_map(flat).collect();
+    let mut found = Vec::new();
+    for _ in 0..ROUNDS {
+        let largest = rest.iter().enumerate().max_by(|a, b| a.1.1.area().total_cmp(&b.1.1.area()));
+        let Some((at, _)) = largest else { break };
+        let (reference, surface) = rest.swap_remove(at);
+        rest.retain(|(t, flat)| {
+            let same = surface.continues(flat, thickness);
+            if same {
+                found.push((*t, reference));
+            }
+            !same
+        });
+    }
+    found
 }
 
 impl Flat {
