@@ -7,6 +7,7 @@
 use std::borrow::Cow;
 
 use crate::error::{Error, ErrorKind, Result};
+use memchr::memchr;
 
 /// Longest line, continued ones joined, in bytes: a face with a million corners has a third of it.
 const LINE_LIMIT: usize = 64 << 20;
@@ -67,7 +68,7 @@ pub(crate) fn statements(bytes: &[u8]) -> Result<Statements<'_>> {
     }
     let bytes = bytes.strip_prefix(&[0xef, 0xbb, 0xbf]).unwrap_or(bytes);
     // Only a file without any line feed is taken to end its lines with carriage returns, as old Macs did.
-    let end = if bytes.contains(&b'\n') { b'\n' } else { b'\r' };
+    let end = if memchr(b'\n', bytes).is_some() { b'\n' } else { b'\r' };
     Ok(Statements { bytes, at: 0, line: 0, end, overlong: None })
 }
 
@@ -104,7 +105,7 @@ impl<'a> Statements<'a> {
         self.line += 1;
         // Looked for no farther than is taken: the rest of a disk full of zeros need not be read.
         let window = &rest[..rest.len().min(LINE_LIMIT + 1)];
-        let end = window.iter().position(|&b| b == self.end).unwrap_or(window.len());
+        let end = memchr(self.end, window).unwrap_or(window.len());
         if end > LINE_LIMIT {
             self.overlong = Some(self.line);
             self.at = self.bytes.len();
