@@ -141,22 +141,27 @@ impl<'a> AssetLoader<'a> {
         let total = bytes.len() as u64;
         let left = self.left().saturating_sub(total);
         self.tell(written, 0, total);
-        let mut normalized =
-            normalize(&bytes, written, warnings, left, &|done| self.tell(written, done / 2, total))?;
-        let mut digests = vec![digest::of_bytes(&bytes)];
+        // Materials and textures are read while `tobj` is at the geometry still.
+        let (parts, mesh) = obj::read(|out| {
+            let tell = |done| self.tell(written, done, total);
+            let normalized = normalize(&bytes, written, warnings, left, &tell, out)?;
+            let mut digests = vec![digest::of_bytes(&bytes)];
+            if normalized.faces.is_empty() {
+                return Err(Error::invalid("the mesh has no face of three or more corners")
+                    .remedy("export it as an OBJ with polygons"));
+            }
+            let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+            let fences = [folder, self.scene_folder.clone()];
+            let library = read_libraries(source, &normalized, written, &fences, left, warnings, &mut digests);
+            let chosen = choose(&normalized, &library, written, warnings);
+            let used: Vec<&Written> = chosen.used.iter().filter_map(|&at| library.get(at)).collect();
+            self.held = self.held.saturating_add(normalized.working);
+            let looks = self.looks(&used, &fences, warnings, &mut digests);
+            self.held = self.held.saturating_sub(normalized.working);
+            Ok((normalized, chosen, looks?, digests))
+        })?;
         drop(bytes);
-        let text = normalized.bytes();
-        self.held = self.held.saturating_add(text);
-        if normalized.faces.is_empty() {
-            return Err(Error::invalid("the mesh has no face of three or more corners")
-                .remedy("export it as an OBJ with polygons"));
-        }
-        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        let fences = [folder.clone(), self.scene_folder.clone()];
-        let library = read_libraries(source, &normalized, written, &fences, left, warnings, &mut digests);
-        let chosen = choose(&normalized, &library, written, warnings);
-        let used: Vec<&Written> = chosen.used.iter().filter_map(|&at| library.get(at)).collect();
-        let looks = self.looks(&used, &fences, warnings, &mut digests)?;
+        let (normalized, chosen, looks, digests) = parts;
         let targets: Vec<Target> = chosen
             .targets
             .iter()
@@ -170,11 +175,11 @@ impl<'a> AssetLoader<'a> {
         let target = |index: u32| {
             targets.get(index as usize).copied().filter(|target| target.material != NONE).unwrap_or(plain)
         };
-        self.held = self.held.saturating_sub(text);
         if normalized.working > self.left() {
             return Err(too_large());
         }
-        let geometry = obj::build(&mut normalized, target, written, warnings)?;
+        let geometry = obj::build((&normalized, &mesh), target, written, warnings)?;
+        drop((normalized, mesh));
         self.tell(written, total, total);
         self.held = self.held.saturating_add(geometry.bytes());
 

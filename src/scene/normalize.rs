@@ -3,10 +3,12 @@
 //! `tobj` is quick (0.12 s for the 22 MB of sponza) but takes bad indices for good ones or overflows on them, makes up
 //! coordinates that a corner lacks, gives lines as faces, and says neither which line is wrong nor why. So it is
 //! given only `v`, `vt`, `vn` and `f` records, each checked here, with absolute indices in range and the same
-//! parts on all corners of a face. Beside the text goes a record for each face with what `tobj` cannot carry.
+//! parts on all corners of a face. The text goes to it piece by piece, so that both work at the same time; a record for each
+//! face with what `tobj` cannot carry stays.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
+use std::sync::mpsc::Sender;
 
 use super::mesh::NONE;
 use super::text::{Statement, statements};
@@ -15,6 +17,9 @@ use crate::error::{Error, ErrorKind, Result};
 
 /// Most memory that reading one OBJ may ask for, in bytes.
 const WORKING_LIMIT: u64 = 16 << 30;
+
+/// Bytes of text that go to `tobj` at a time, about.
+const PIECE: usize = 1 << 18;
 
 /// What is known of a face before its geometry is.
 #[derive(Debug)]
@@ -31,12 +36,10 @@ pub(crate) struct Face {
     pub(crate) normals: bool,
 }
 
-/// The plain OBJ and what goes with it.
+/// What goes with the plain OBJ.
 #[derive(Debug, Default)]
 pub(crate) struct Normalized {
-    /// `v`, `vt`, `vn` and `f` records in the file's order.
-    pub(crate) text: String,
-    /// One for each `f` in `text`.
+    /// One for each `f` in the text.
     pub(crate) faces: Vec<Face>,
     /// What `usemtl` statements say after the keyword (a comment may follow the name), each once, with its line.
     pub(crate) materials: Vec<(String, usize)>,
@@ -46,14 +49,8 @@ pub(crate) struct Normalized {
     pub(crate) working: u64,
 }
 
-impl Normalized {
-    /// Bytes of memory that it takes now.
-    pub(crate) fn bytes(&self) -> u64 {
-        (self.text.capacity() + self.faces.capacity() * size_of::<Face>()) as u64
-    }
-}
-
-/// Normalises an OBJ in at most `most` bytes; `file` names it in warnings, `progress` gets the bytes done.
+/// Normalises an OBJ in at most `most` bytes; `file` names it in warnings, `progress` gets the bytes done, `out` its `v`, `vt`,
+/// `vn` and `f` records in the file's order, some at a time, and ends with them.
 ///
 /// # Errors
 /// [`ErrorKind::Invalid`], with the line, for a number or vertex index that cannot be;
@@ -64,12 +61,19 @@ pub(crate) fn normalize(
     warnings: &mut Warnings,
     most: u64,
     progress: &dyn Fn(u64),
+    out: Sender<String>,
 ) -> Result<Normalized> {
     let most = most.min(WORKING_LIMIT);
     let total = Counts::of_file(bytes, most)?;
     total.check_memory(bytes.len() as u64, most)?;
-    let mut work = Work { file, warnings, total, so_far: Counts::default(), out: Normalized::default() };
-    work.out.text.try_reserve(bytes.len()).map_err(|_| too_large())?;
+    let mut work = Work {
+        file,
+        warnings,
+        total,
+        so_far: Counts::default(),
+        out: Normalized::default(),
+        text: String::new(),
+    };
     work.out.working = bytes.len() as u64 + total.memory();
 
     let mut material = NONE;
@@ -81,6 +85,11 @@ pub(crate) fn normalize(
         step = step.wrapping_add(1);
         if step.is_multiple_of(1 << 15) {
             progress(list.position() as u64);
+        }
+        if work.text.len() >= PIECE {
+            let piece = std::mem::replace(&mut work.text, String::with_capacity(PIECE + PIECE / 8));
+            // Where nobody listens any more, the reader says why.
+            let _ = out.send(piece);
         }
         match statement.keyword() {
             "v" => work.vertex(&statement)?,
@@ -103,6 +112,7 @@ pub(crate) fn normalize(
             keyword => work.other(&statement, keyword),
         }
     }
+    let _ = out.send(work.text);
     Ok(work.out)
 }
 
@@ -173,6 +183,8 @@ struct Work<'a> {
     total: Counts,
     so_far: Counts,
     out: Normalized,
+    /// Records that have not gone out yet.
+    text: String,
 }
 
 impl Work<'_> {
@@ -181,12 +193,12 @@ impl Work<'_> {
     }
 
     fn record(&mut self, keyword: &str, words: &[&str]) {
-        self.out.text.push_str(keyword);
+        self.text.push_str(keyword);
         for word in words {
-            self.out.text.push(' ');
-            self.out.text.push_str(word);
+            self.text.push(' ');
+            self.text.push_str(word);
         }
-        self.out.text.push('\n');
+        self.text.push('\n');
     }
 
     /// Further numbers (a weight, a colour) mean nothing for a polygon without vertex colours.
@@ -238,19 +250,25 @@ impl Work<'_> {
                 self.warn(statement.line, name, message);
             }
         }
-        self.out.text.push('f');
-        for corner in corners.iter() {
+        self.text.push('f');
+        for (word, corner) in statement.operands().zip(corners.iter()) {
             let number = |part: usize| corner[part].filter(|_| has[part]).map(|index| index + 1);
+            self.text.push(' ');
+            // As it stands: most of a file.
+            if is_plain(word, has) {
+                self.text.push_str(word);
+                continue;
+            }
             // Writing to a string cannot fail.
             let _ = match (number(0), number(1), number(2)) {
-                (Some(v), None, None) => write!(self.out.text, " {v}"),
-                (Some(v), Some(vt), None) => write!(self.out.text, " {v}/{vt}"),
-                (Some(v), None, Some(vn)) => write!(self.out.text, " {v}//{vn}"),
-                (Some(v), Some(vt), Some(vn)) => write!(self.out.text, " {v}/{vt}/{vn}"),
+                (Some(v), None, None) => write!(self.text, "{v}"),
+                (Some(v), Some(vt), None) => write!(self.text, "{v}/{vt}"),
+                (Some(v), None, Some(vn)) => write!(self.text, "{v}//{vn}"),
+                (Some(v), Some(vt), Some(vn)) => write!(self.text, "{v}/{vt}/{vn}"),
                 (None, ..) => Ok(()),
             };
         }
-        self.out.text.push('\n');
+        self.text.push('\n');
         let face = Face {
             line: statement.line,
             corners: corners.len(),
@@ -323,6 +341,19 @@ impl Work<'_> {
     }
 }
 
+/// Whether a corner is written with digits, and names just the parts that it has.
+fn is_plain(word: &str, [_, texcoord, normal]: [bool; 3]) -> bool {
+    let mut parts = word.split('/');
+    let is_number = |part: Option<&str>| {
+        part.is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()))
+    };
+    let is_as = |part: Option<&str>, named: bool| if named { is_number(part) } else { part == Some("") };
+    is_number(parts.next())
+        && (!(texcoord || normal) || is_as(parts.next(), texcoord))
+        && (!normal || is_number(parts.next()))
+        && parts.next().is_none()
+}
+
 /// The first words of a record, each a number that `tobj` reads (it may be infinite or not a number), or a default.
 fn numbers<'s, const N: usize>(
     statement: &'s Statement<'_>,
@@ -357,21 +388,36 @@ pub(crate) fn shown(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::mpsc::channel;
 
-    fn run(text: &str) -> Result<(Normalized, Vec<crate::error::Warning>)> {
+    fn run(text: &str) -> Result<(Normalized, String, Vec<crate::error::Warning>)> {
         let mut warnings = Warnings::default();
-        let out = normalize(text.as_bytes(), "a.obj", &mut warnings, u64::MAX, &|_| ())?;
-        Ok((out, warnings.finish("a.obj")))
+        let (send, receive) = channel();
+        let out = normalize(text.as_bytes(), "a.obj", &mut warnings, u64::MAX, &|_| (), send)?;
+        Ok((out, receive.iter().collect(), warnings.finish("a.obj")))
     }
 
     #[test]
     fn indices_become_absolute_and_parts_uniform() -> Result<()> {
-        let (out, warnings) =
+        let (out, text, warnings) =
             run("v 0 0 0 1\nv 1 0 0 # c\nv 0 1 0\nvt .5\nl 1 2\nf -3/1 -2/-1 3/1/\nf 1/9 2/1 3/1\n")?;
-        assert_eq!(out.text, "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt .5 0\nf 1/1 2/1 3/1\nf 1 2 3\n");
+        assert_eq!(text, "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt .5 0\nf 1/1 2/1 3/1\nf 1 2 3\n");
         assert_eq!((warnings.len(), warnings[0].line), (1, Some(7)));
         assert_eq!(out.faces.len(), 2);
         Ok(())
+    }
+
+    #[test]
+    fn a_corner_is_plain_that_would_be_written_so() {
+        let parts = [[false, false], [true, false], [false, true], [true, true]];
+        let plain = [["7", "70"], ["7/4", "1/007"], ["7//2", "9//9"], ["7/4/2", "1/1/1"]];
+        let others =
+            ["", "/", "7/", "7//", "7/4/", "/4", "//2", "-7", "+7", "7.", "7/4/2/1", "7//-2", "7/ 4"];
+        for (named, [a, b]) in parts.iter().zip(plain) {
+            let has = |word: &str| is_plain(word, [true, named[0], named[1]]);
+            assert!(has(a) && has(b), "{a} {b}");
+            assert_eq!(plain.iter().flatten().chain(&others).filter(|word| has(word)).count(), 2, "{a}");
+        }
     }
 
     #[test]

@@ -4,6 +4,9 @@
 //! the same order, tell which attributes a face has and where it stands in the file.
 
 use std::collections::HashMap;
+use std::io::{BufRead, Cursor, Read};
+use std::path::Path;
+use std::sync::mpsc::{Receiver, Sender, channel};
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
@@ -42,23 +45,72 @@ impl Geometry {
     }
 }
 
+/// Lets `tobj` read the text that `write` sends piece by piece: at the same time, where there are two threads.
+///
+/// # Errors
+/// Those of `write`, and [`Invalid`](crate::error::ErrorKind::Invalid) where `tobj` does not take what it gets.
+pub(crate) fn read<T: Send>(
+    write: impl FnOnce(Sender<String>) -> Result<T> + Send,
+) -> Result<(T, tobj::Mesh)> {
+    // What writes begins here and waits for nothing: with one thread, reading comes after it.
+    let (send, receive) = channel();
+    let (written, models) = rayon::join(
+        move || write(send),
+        move || {
+            let no_materials = |_: &Path| Ok((Vec::new(), Default::default()));
+            tobj::load_obj_buf(&mut Pieces::new(receive), &tobj::LoadOptions::default(), no_materials)
+        },
+    );
+    let written = written?;
+    let (models, _) = models.map_err(|e| Error::invalid(e.to_string()))?;
+    Ok((written, models.into_iter().next().map(|model| model.mesh).unwrap_or_default()))
+}
+
+/// Text that comes piece by piece, until nobody is left to send it.
+struct Pieces {
+    from: Receiver<String>,
+    piece: Cursor<String>,
+}
+
+impl Pieces {
+    fn new(from: Receiver<String>) -> Self {
+        Self { from, piece: Cursor::default() }
+    }
+}
+
+impl Read for Pieces {
+    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.fill_buf()?.read(out)?;
+        self.consume(count);
+        Ok(count)
+    }
+}
+
+impl BufRead for Pieces {
+    fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
+        while self.piece.fill_buf()?.is_empty() {
+            let Ok(piece) = self.from.recv() else { break };
+            self.piece = Cursor::new(piece);
+        }
+        self.piece.fill_buf()
+    }
+
+    fn consume(&mut self, count: usize) {
+        self.piece.consume(count);
+    }
+}
+
 /// Builds the geometry; `target` answers for an index into the normalised materials, or [`NONE`].
 ///
 /// # Errors
 /// When a face uses a vertex that is not finite.
 pub(crate) fn build(
-    normalized: &mut Normalized,
+    (normalized, mesh): (&Normalized, &tobj::Mesh),
     target: impl Fn(u32) -> Target,
     file: &str,
     warnings: &mut Warnings,
 ) -> Result<Geometry> {
-    let text = std::mem::take(&mut normalized.text);
-    let no_materials = |_: &std::path::Path| Ok((Vec::new(), Default::default()));
-    let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &tobj::LoadOptions::default(), no_materials)
-        .map_err(|e| Error::invalid(e.to_string()))?;
-    drop(text);
-    let mesh = models.into_iter().next().map(|model| model.mesh).unwrap_or_default();
-    let attributes = Attributes::new(&mesh);
+    let attributes = Attributes::new(mesh);
     let mut geometry = Geometry {
         positions: triples(&mesh.positions).collect(),
         normals: attributes.normals.iter().map(|n| n.unwrap_or(Vec3::Z)).collect(),
@@ -97,9 +149,9 @@ pub(crate) fn build(
                 || "a face has no texture coordinates; its material's texture is not seen".to_owned();
             warnings.add(file, Some(face.line), "no vt", message);
         }
-        let normals = attributes.normals_of(face, &mesh, range.clone(), file, warnings);
+        let normals = attributes.normals_of(face, mesh, range.clone(), file, warnings);
         texcoords.clear();
-        if let Some(list) = attributes.texcoords_of(face, &mesh, range, file, warnings) {
+        if let Some(list) = attributes.texcoords_of(face, mesh, range, file, warnings) {
             match mapping {
                 None => texcoords.extend_from_slice(list),
                 Some((scale, offset)) => texcoords.extend(list.iter().filter_map(|&index| {
@@ -213,9 +265,11 @@ mod tests {
 
     fn run(text: &str, mapping: Option<([f64; 2], [f64; 2])>) -> Result<(Geometry, usize)> {
         let mut warnings = Warnings::default();
-        let mut normalized = normalize(text.as_bytes(), "a.obj", &mut warnings, u64::MAX, &|_| ())?;
+        let bytes = text.as_bytes();
+        let (normalized, mesh) =
+            read(|out| normalize(bytes, "a.obj", &mut warnings, u64::MAX, &|_| (), out))?;
         let geometry = build(
-            &mut normalized,
+            (&normalized, &mesh),
             |_| Target { material: 0, mapping, textured: false },
             "a.obj",
             &mut warnings,
