@@ -91,7 +91,9 @@ fn cover_all<S: Simd>(
     while rest != 0 {
         let lane = rest.trailing_zeros() as usize % LANES;
         rest &= rest - 1;
-        if seen.wants(visits.spans.blocks[lane]) {
+        let blocks = visits.spans.blocks[lane];
+        let is_hidden = batch.live == u16::MAX && seen.hides_all(simd, blocks, visits.block.nearest[lane]);
+        if !is_hidden && seen.wants(blocks) {
             cover_one(simd, batch, visits, lane, seen, opaque);
         }
     }

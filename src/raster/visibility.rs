@@ -26,6 +26,8 @@ pub(crate) struct Visibility {
     pub columns: usize,
     /// Lane by lane at most the depth anywhere in a region.
     floors: [[f32; LANES]; MOST_REGIONS * MOST_REGIONS],
+    /// The least of these over all lanes.
+    lows: [f32; MOST_REGIONS * MOST_REGIONS],
     /// Regions that were drawn into since.
     stale: u64,
     /// Lane by lane at most the depth anywhere in the tile.
@@ -50,6 +52,7 @@ impl Visibility {
             kept: Default::default(),
             columns: 0,
             floors: [[0.0; LANES]; MOST_REGIONS * MOST_REGIONS],
+            lows: [0.0; MOST_REGIONS * MOST_REGIONS],
             stale: 0,
             floor: [0.0; LANES],
             changes: 0,
@@ -71,18 +74,20 @@ impl Visibility {
             self.depth.resize(blocks, [0.0; LANES]);
             self.id.fill([NOTHING; LANES]);
             self.floors = [[0.0; LANES]; MOST_REGIONS * MOST_REGIONS];
+            self.lows = [0.0; MOST_REGIONS * MOST_REGIONS];
             return;
         }
         if !stays {
             self.depth.clear();
             self.depth.resize(blocks, [f32::INFINITY; LANES]);
             self.floors = [[f32::INFINITY; LANES]; MOST_REGIONS * MOST_REGIONS];
+            self.lows = [f32::INFINITY; MOST_REGIONS * MOST_REGIONS];
         }
         let mut rest = wanted;
         while rest != 0 {
             let at = rest.trailing_zeros() as usize;
             rest &= rest - 1;
-            self.floors[at] = [0.0; LANES];
+            (self.floors[at], self.lows[at]) = ([0.0; LANES], 0.0);
             let (row, column) = (at / MOST_REGIONS * REGION, at % MOST_REGIONS * REGION);
             for first in (row..row + REGION).map(|y| y * columns + column) {
                 // Blocks larger than a pixel have fewer regions.
@@ -127,7 +132,33 @@ impl Visibility {
             }
         }
         least.store_array(&mut self.floors[at]);
+        self.lows[at] = least.reduce_min();
         least
+    }
+
+    /// Whether all lanes see something else before what comes no nearer than `nearest`, as a `1/t`, and touches no blocks but
+    /// those in columns `x0..=x1` and rows `y0..=y1`.
+    #[inline(always)]
+    pub(crate) fn hides_all<S: Simd>(&mut self, simd: S, blocks: [u8; 4], nearest: f32) -> bool {
+        let [x0, x1, y0, y1] = blocks.map(|block| usize::from(block) / REGION);
+        for row in y0..=y1 {
+            for column in x0..=x1 {
+                let at = (row * MOST_REGIONS + column) % (MOST_REGIONS * MOST_REGIONS);
+                if self.lows[at] >= nearest {
+                    continue;
+                }
+                // Mostly the first says so. What was drawn since it was last looked at may have raised it.
+                if self.stale >> at & 1 == 0 {
+                    return false;
+                }
+                self.region_floor(simd, column, row);
+                // What is no number is not behind anything.
+                if self.lows[at] < nearest || nearest.is_nan() {
+                    return false;
+                }
+            }
+        }
+        true
     }
 
     #[inline(always)]
