@@ -70,10 +70,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         Ok(study)
     })
     .map_err(|error: Error| match error.kind() {
-        ErrorKind::Cancelled if folder.join("cost.json").exists() => {
-            error.remedy(format!("the same command goes on; {} keeps what was measured", folder.display()))
-        }
-        ErrorKind::Cancelled => error.remedy("nothing was measured yet: the converged picture comes first"),
+        ErrorKind::Cancelled => error,
         _ => error.in_file(input.name()),
     })?;
     report::write(&study, &stem, &folder)?;

@@ -5,7 +5,7 @@ use super::super::progress::Progress;
 use super::super::report;
 use super::ways::{Setting, Step, UNIFORM, draw, ladder};
 use exr::prelude::{ReadChannels, ReadLayers};
-use groundglass::error::{Error, Result, Warning};
+use groundglass::error::{Error, ErrorKind, Result, Warning};
 use groundglass::picture::{Allocation, Exposure};
 use groundglass::render::{Execution, SimdLevel, render};
 use groundglass::scene::{Budget, Files, Scene, Source};
@@ -139,7 +139,10 @@ impl<'a> Study<'a> {
                 let told = |tile: usize, tiles: usize| {
                     progress.tell("converging", truth_work * tile as u64 / tiles.max(1) as u64, total);
                 };
-                self.converge(Execution { progress: Some(&told), ..self.execution(cancel) })?
+                let converged = self.converge(Execution { progress: Some(&told), ..self.execution(cancel) });
+                converged.map_err(|error| {
+                    stopped(error, "nothing was measured yet: the converged picture comes first".to_owned())
+                })?
             }
         };
         done += truth_work;
@@ -151,7 +154,10 @@ impl<'a> Study<'a> {
                     self.left += 1;
                     continue;
                 }
-                let measured = self.time(step, &truth, cancel)?;
+                let measured = self.time(step, &truth, cancel).map_err(|error| {
+                    let folder = self.folder.display();
+                    stopped(error, format!("the same command goes on; {folder} keeps what was measured"))
+                })?;
                 self.table.measured.push(measured);
                 self.save()?;
             }
@@ -255,6 +261,11 @@ impl<'a> Study<'a> {
             ratio: seconds / baseline,
         })
     }
+}
+
+/// An error with a remedy, if it is that the study was stopped.
+fn stopped(error: Error, remedy: String) -> Error {
+    if error.kind() == ErrorKind::Cancelled { error.remedy(remedy) } else { error }
 }
 
 /// The converged picture of an earlier run, if it is there and whole.
