@@ -294,6 +294,23 @@ mod tests {
     }
 
     #[test]
+    fn a_long_file_is_read_in_pieces_and_faces_may_come_before_their_vertices() -> Result<()> {
+        let count = 30_000;
+        let faces: String =
+            (1..=count).map(|i| format!("f {} {} {}\n", 3 * i - 2, 3 * i - 1, 3 * i)).collect();
+        let vertices: String = (0..count).map(|i| format!("v {i} 0 0\nv {i} 1 0\nv {i} 0 1.5\n")).collect();
+        let (g, warnings) = run(&format!("{faces}{vertices}"), None)?;
+        assert_eq!((g.triangles.len(), g.positions.len(), warnings), (count, 3 * count, 0));
+        let last = g.triangles[count - 1].positions.map(|i| g.positions[i as usize]);
+        let x = (count - 1) as f64;
+        assert_eq!(last, [DVec3::X * x, DVec3::new(x, 1.0, 0.0), DVec3::new(x, 0.0, 1.5)]);
+        // What is wrong at the end is told, not that the reader had to stop before the vertices came.
+        let error = run(&format!("{faces}v 0 0\n{vertices}"), None).expect_err("two numbers");
+        assert_eq!(error.place().line, Some(count + 1));
+        Ok(())
+    }
+
+    #[test]
     fn map_scale_and_offset_are_applied() -> Result<()> {
         let (g, _) = run(&format!("{SQUARE}f 1/1 2/2 3/3 4/4\n"), Some(([2.0, 3.0], [0.5, 0.0])))?;
         let uv = g.triangles[0].texcoords.map(|i| g.texcoords[i as usize]);
