@@ -88,12 +88,13 @@ fn cover_all<S: Simd>(
     // What is no number is not behind anything.
     let hidden = nearest.simd_le(f32x16::splat(simd, floor)).to_bitmask() as u16;
     let mut rest = visits.block.live & visits.some & !hidden;
+    let is_full = batch.live == u16::MAX;
     while rest != 0 {
         let lane = rest.trailing_zeros() as usize % LANES;
         rest &= rest - 1;
         let blocks = visits.spans.blocks[lane];
-        let is_hidden = batch.live == u16::MAX && seen.hides_all(simd, blocks, visits.block.nearest[lane]);
-        if !is_hidden && seen.wants(blocks) {
+        let nearest = visits.block.nearest[lane];
+        if seen.wants(blocks) && !(is_full && seen.hides_all(simd, blocks, nearest)) {
             cover_one(simd, batch, visits, lane, seen, opaque);
         }
     }

@@ -144,16 +144,13 @@ impl Visibility {
         for row in y0..=y1 {
             for column in x0..=x1 {
                 let at = (row * MOST_REGIONS + column) % (MOST_REGIONS * MOST_REGIONS);
-                if self.lows[at] >= nearest {
-                    continue;
+                // What was drawn since it was last looked at may have raised it.
+                if self.lows[at] < nearest && self.stale >> at & 1 == 1 {
+                    self.region_floor(simd, column, row);
                 }
-                // Mostly the first says so. What was drawn since it was last looked at may have raised it.
-                if self.stale >> at & 1 == 0 {
-                    return false;
-                }
-                self.region_floor(simd, column, row);
-                // What is no number is not behind anything.
-                if self.lows[at] < nearest || nearest.is_nan() {
+                // Mostly the first region says so, and what is no number is not behind anything.
+                let is_hidden = self.lows[at] >= nearest;
+                if !is_hidden {
                     return false;
                 }
             }

@@ -30,8 +30,8 @@ const ALIGNED: f32 = 0.125;
 /// each step, one that begins or ends there a quarter; rows of wider blur make up for each other.
 const PART: f32 = 0.3;
 
-/// Of eight pixels beside each other so many must see the edge.
-const ROW: usize = 7;
+/// Of eight pixels beside each other so many need not see the edge.
+const OTHERS: u32 = 1;
 
 /// Pixels of a tile beside each other, with one more on both sides.
 const SIDE: usize = TILE as usize + 2;
@@ -40,7 +40,7 @@ const SIDE: usize = TILE as usize + 2;
 struct Shown {
     size: [usize; 2],
     channels: [[[f32; SIDE]; SIDE]; 3],
-    /// Bit `x` of number `y`: whether the pixel may be part of an edge across either axis.
+    /// Which pixels may be part of an edge across either axis: bit `y` of number `x`, and bit `x` of number `y`.
     edges: [[u32; TILE as usize]; 2],
 }
 
@@ -144,17 +144,18 @@ impl Shown {
         }
         let mut sum = 0.0;
         for axis in 0..2 {
-            let mut lines = self.lines(axis, first, ends);
-            while lines != 0 {
-                let along = first[axis] + lines.trailing_zeros() as usize;
-                lines &= lines - 1;
-                let (mut others, mut squared) = (BLOCK as usize - ROW, 0.0);
-                let sees = |across| {
-                    let contrast = self.contrast(axis, along, across);
-                    squared += f64::from(contrast);
-                    contrast > 0.0 || others.checked_sub(1).inspect(|&left| others = left).is_some()
-                };
-                if (first[1 - axis]..ends[1 - axis]).all(sees) {
+            let beside = first[1 - axis]..ends[1 - axis];
+            let all = u32::MAX >> (u32::BITS as usize - beside.len());
+            for along in first[axis]..ends[axis] {
+                let seen = self.edges[axis][along] >> beside.start & all;
+                if (all & !seen).count_ones() > OTHERS {
+                    continue;
+                }
+                let row = beside.clone().map(|across| self.contrast(axis, along, across));
+                let (others, squared) = row.fold((0, 0.0), |(others, squared), contrast| {
+                    (others + u32::from(contrast == 0.0), squared + f64::from(contrast))
+                });
+                if others <= OTHERS {
                     sum += squared;
                 }
             }
@@ -162,24 +163,11 @@ impl Shown {
         sum
     }
 
-    /// Which columns (`axis` 0) or rows of a block may be edges: most have more pixels that are none than an edge may have.
-    fn lines(&self, axis: usize, first: [usize; 2], ends: [usize; 2]) -> u32 {
-        let columns = u32::MAX >> (u32::BITS as usize - (ends[0] - first[0]));
-        let rows = self.edges[axis][first[1]..ends[1]].iter().map(|row| !(row >> first[0]) & columns);
-        if axis == 1 {
-            let may = |others: u32| u32::from(others.count_ones() as usize <= BLOCK as usize - ROW);
-            return rows.enumerate().fold(0, |lines, (y, others)| lines | may(others) << y);
-        }
-        // Columns with one pixel that is none, and with two.
-        let (_, two) = rows.fold((0, 0), |(one, two), others| (one | others, two | one & others));
-        columns & !two
-    }
-
     /// The squared contrast along `axis` at a pixel, 0 where it is not part of an edge across that axis.
     fn contrast(&self, axis: usize, along: usize, across: usize) -> f32 {
         let place = |along: usize| if axis == 0 { [along, across] } else { [across, along] };
         let [x, y] = place(along);
-        if self.edges[axis][y] >> x & 1 == 0 {
+        if self.edges[axis][along] >> across & 1 == 0 {
             return 0.0;
         }
         let window = along.saturating_sub(REACH)..(along + REACH + 1).min(self.size[axis]);
@@ -215,8 +203,12 @@ fn mark<S: Simd>(simd: S, shown: &mut Shown) {
                 larger(step(shown.load(simd, x + 1, y), here), step(here, shown.load(simd, x + 1, y + 2)));
             let columns = right.simd_gt(zero) & down.simd_le(right * (ALIGNED * ALIGNED));
             let rows = down.simd_gt(zero) & right.simd_le(down * (ALIGNED * ALIGNED));
-            shown.edges[0][y] |= (columns.to_bitmask() as u32) << x;
             shown.edges[1][y] |= (rows.to_bitmask() as u32) << x;
+            let mut rest = columns.to_bitmask();
+            while rest != 0 {
+                shown.edges[0][x + rest.trailing_zeros() as usize] |= 1 << y;
+                rest &= rest - 1;
+            }
         }
     }
 }

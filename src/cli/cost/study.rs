@@ -141,7 +141,7 @@ impl<'a> Study<'a> {
                 };
                 let converged = self.converge(Execution { progress: Some(&told), ..self.execution(cancel) });
                 converged.map_err(|error| {
-                    stopped(error, "nothing was measured yet: the converged picture comes first".to_owned())
+                    stopped(error, "nothing was measured yet: the converged picture comes first")
                 })?
             }
         };
@@ -264,7 +264,7 @@ impl<'a> Study<'a> {
 }
 
 /// An error with a remedy, if it is that the study was stopped.
-fn stopped(error: Error, remedy: String) -> Error {
+fn stopped(error: Error, remedy: impl Into<String>) -> Error {
     if error.kind() == ErrorKind::Cancelled { error.remedy(remedy) } else { error }
 }
 
