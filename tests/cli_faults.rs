@@ -230,6 +230,32 @@ fn a_default_folder_goes_with_an_interrupted_picture() {
     }
 }
 
+#[test]
+fn a_stopped_study_says_what_it_keeps() {
+    let (_keep, folder) = scene(600, 16);
+    let table = folder.join("study/cost.json");
+    let stop_when = |words: &[&str], ready: &dyn Fn() -> bool| {
+        let mut child = start(&folder, words);
+        listening(&mut child);
+        let begun = Instant::now();
+        while !ready() && begun.elapsed() < Duration::from_secs(60) && child.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        signal(&child, "-INT");
+        let out = child.wait_with_output().unwrap();
+        assert_eq!(out.status.code(), Some(75));
+        String::from_utf8_lossy(&out.stderr).into_owned()
+    };
+    let has_a_row = || fs::read_to_string(&table).is_ok_and(|text| text.contains("true_rms"));
+    let told = stop_when(&["cost", "scene.toml", "-o", "study", "--width", "64"], &has_a_row);
+    assert!(told.contains("keeps what was measured"), "{told}");
+    // Of another study the table stays as it is until this one has something.
+    let before = fs::read(&table).unwrap();
+    let told = stop_when(&["cost", "scene.toml", "-o", "study", "--width", "600"], &|| true);
+    assert!(!told.contains("keeps what was measured"), "{told}");
+    assert_eq!(fs::read(&table).unwrap(), before);
+}
+
 /// Nothing can be tidied up then; but what has the final name is whole.
 #[test]
 fn killed_outright_at_100_moments_what_has_the_name_is_whole() {

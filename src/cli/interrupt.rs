@@ -37,14 +37,20 @@ pub(super) fn watch() {
 /// one ends the program at once.
 ///
 /// # Errors
-/// Those of `work`; [`ErrorKind::Cancelled`] when a signal came, even after the last look at the flag.
+/// Those of `work`; [`ErrorKind::Cancelled`] when a signal came, even after the last look at the flag, with the remedy of the
+/// work that was stopped.
 pub(super) fn polled<T>(work: impl FnOnce(&AtomicBool) -> Result<T>) -> Result<T> {
     POLLED.store(true, Ordering::SeqCst);
     let done = work(flag());
     // In this order a signal either ends the program itself or is seen here.
     POLLED.store(false, Ordering::SeqCst);
     if flag().load(Ordering::SeqCst) {
-        return Err(Error::new(ErrorKind::Cancelled, "stopped before it was done"));
+        let stopped = Error::new(ErrorKind::Cancelled, "stopped before it was done");
+        let error = done.err().filter(|error| error.kind() == ErrorKind::Cancelled);
+        return Err(match error.as_ref().and_then(Error::remedy_text) {
+            Some(remedy) => stopped.remedy(remedy),
+            None => stopped,
+        });
     }
     done
 }
