@@ -4,6 +4,7 @@
 //! generic source for every SIMD level, product and sum apart, so the same bits. (In WebAssembly the look-ups are functions
 //! by themselves: with everything in one, the build took more than ten minutes.)
 
+use super::bilinear::Between;
 use super::filter::{Choice, Side};
 use crate::raster::LANES;
 use crate::scene::Texture;
@@ -24,7 +25,7 @@ pub(crate) fn sums<S: Simd>(
     if choice.nearest {
         nearest(simd, choice, right, down, [lanes & !odd, lanes & odd])
     } else {
-        bilinear(simd, choice, right, down, lanes, odd)
+        Between::new(simd, choice, [right, down]).sums(lanes, odd)
     }
 }
 
@@ -70,7 +71,7 @@ fn nearest_texels<S: Simd>(simd: S, choice: Choice<'_>, right: f32x16<S>, down: 
 fn within<S: Simd>(simd: S, choice: Choice<'_>, right: f32x16<S>, down: f32x16<S>) -> [u32x16<S>; 2] {
     let column = (right * choice.right.size + choice.right.part).floor();
     let row = (down * choice.down.size + choice.down.part).floor();
-    [wrap(simd, choice.right, column, 0.0).0, wrap(simd, choice.down, row, 0.0).0]
+    [wrap(simd, choice.right, column), wrap(simd, choice.down, row)]
 }
 
 /// The colour of each of `lanes`, which look right and down from the texture's anchor.
@@ -93,12 +94,11 @@ pub(crate) fn each<S: Simd>(
             out[lane] = texel(texels, places[lane]) * (1.0 / 65535.0);
         }
     } else {
-        let Between { corners, fx, fy } = between(simd, choice, right, down);
-        let shares = [fx.to_array(), fy.to_array()];
+        let between = Between::new(simd, choice, [right, down]);
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % LANES;
             rest &= rest - 1;
-            out[lane] = interpolate(texels, &corners, &shares, 1 << lane);
+            out[lane] = between.at(lane);
         }
     }
 }
@@ -121,28 +121,26 @@ pub(super) fn add_each<S: Simd>(
             sums[usize::from(owner) % (2 * LANES)] += texel(texels, place) * full;
         }
     } else {
-        let Between { corners, fx, fy } = between(simd, choice, right, down);
-        let shares = [fx.to_array(), fy.to_array()];
+        let between = Between::new(simd, choice, [right, down]);
         for (lane, &owner) in owners.iter().enumerate().take(LANES) {
-            sums[usize::from(owner) % (2 * LANES)] += interpolate_one(texels, &corners, &shares, lane) * full;
+            sums[usize::from(owner) % (2 * LANES)] += between.at(lane);
         }
     }
 }
 
-/// [`Side::wrap`] for 16, and whether none of them, nor any up to `more` texels on, needed wrapping.
+/// [`Side::wrap`] for 16.
 #[inline(always)]
-fn wrap<S: Simd>(simd: S, side: Side, steps: f32x16<S>, more: f32) -> (u32x16<S>, bool) {
+pub(super) fn wrap<S: Simd>(simd: S, side: Side, steps: f32x16<S>) -> u32x16<S> {
     let zero = f32x16::splat(simd, 0.0);
-    let texel = steps + side.start;
-    let inside = texel.simd_ge(zero) & texel.simd_le(f32x16::splat(simd, side.size - 1.0 - more));
-    if inside.all_true() {
-        return (simd.cvt_u32_f32x16(texel), true);
-    }
     let last = f32x16::splat(simd, side.size - 1.0);
+    let texel = steps + side.start;
+    if (texel.simd_ge(zero) & texel.simd_le(last)).all_true() {
+        return simd.cvt_u32_f32x16(texel);
+    }
     let turns = ((texel + 0.5) * side.inverse).floor();
     let texel = texel - turns * side.size;
     let texel = texel.simd_gt(zero).select(texel, zero);
-    (simd.cvt_u32_f32x16(texel.simd_gt(last).select(last, texel)), false)
+    simd.cvt_u32_f32x16(texel.simd_gt(last).select(last, texel))
 }
 
 /// The sum of the texels at the places of `lanes`, 1 for full.
@@ -172,133 +170,10 @@ fn sum(texels: &[[u16; 4]], places: &[u32; LANES], lanes: u16) -> Vec4 {
     Vec4::from_array(sum.map(|sum| sum as f32)) * (1.0 / 65535.0)
 }
 
-/// The four texels around each of 16 places: their numbers, and how near the place is to the right and lower ones.
-struct Between<S: Simd> {
-    /// Left top, right top, left bottom, right bottom.
-    corners: [[u32; LANES]; 4],
-    fx: f32x16<S>,
-    fy: f32x16<S>,
-}
-
-#[inline(always)]
-fn between<S: Simd>(simd: S, choice: Choice<'_>, right: f32x16<S>, down: f32x16<S>) -> Between<S> {
-    let right = right * choice.right.size + choice.right.part - 0.5;
-    let down = down * choice.down.size + choice.down.part - 0.5;
-    let (x, y) = (right.floor(), down.floor());
-    let (x0, plain_x) = wrap(simd, choice.right, x, 1.0);
-    let (y0, plain_y) = wrap(simd, choice.down, y, 1.0);
-    let one = u32x16::splat(simd, 1);
-    let x1 = if plain_x { x0 + one } else { wrap(simd, choice.right, x + 1.0, 0.0).0 };
-    let y1 = if plain_y { y0 + one } else { wrap(simd, choice.down, y + 1.0, 0.0).0 };
-    let width = u32x16::splat(simd, choice.level.width);
-    let (top, bottom) = (y0 * width, y1 * width);
-    let corners =
-        [(top + x0).to_array(), (top + x1).to_array(), (bottom + x0).to_array(), (bottom + x1).to_array()];
-    Between { corners, fx: right - x, fy: down - y }
-}
-
 /// Which of `lanes` look at an opacity of less than a half, interpolated.
 #[inline(always)]
-pub(crate) fn holes<S: Simd>(simd: S, choice: Choice<'_>, [right, down]: [f32x16<S>; 2], lanes: u16) -> u16 {
-    let Between { corners, fx, fy } = between(simd, choice, right, down);
-    let mut alphas = [[0.0; LANES]; 4];
-    for (alphas, corners) in alphas.iter_mut().zip(&corners) {
-        let mut rest = lanes;
-        while rest != 0 {
-            let lane = rest.trailing_zeros() as usize % LANES;
-            rest &= rest - 1;
-            let texel = choice.level.texels.get(corners[lane] as usize).copied().unwrap_or_default();
-            alphas[lane] = f32::from(texel[3]);
-        }
-    }
-    let [a, b, c, d] = [
-        f32x16::load_array_ref(simd, &alphas[0]),
-        f32x16::load_array_ref(simd, &alphas[1]),
-        f32x16::load_array_ref(simd, &alphas[2]),
-        f32x16::load_array_ref(simd, &alphas[3]),
-    ];
-    let top = a + (b - a) * fx;
-    let bottom = c + (d - c) * fx;
-    let half = f32x16::splat(simd, 0.5 * 65535.0);
-    (top + (bottom - top) * fy).simd_lt(half).to_bitmask() as u16 & lanes
-}
-
-#[inline(always)]
-fn bilinear<S: Simd>(
-    simd: S,
-    choice: Choice<'_>,
-    right: f32x16<S>,
-    down: f32x16<S>,
-    lanes: u16,
-    odd: u16,
-) -> [Vec4; 2] {
-    let Between { corners, fx, fy } = between(simd, choice, right, down);
-    let texels = &choice.level.texels[..];
-    let texel = |corner: usize, lane: usize| {
-        texels.get(corners[corner][lane % LANES] as usize).copied().unwrap_or_default()
-    };
-    let full = 1.0 / 65535.0;
-
-    let halves = [lanes & !odd, lanes & odd];
-    let first = lanes.trailing_zeros() as usize % LANES;
-    let left_top = u32x16::load_array_ref(simd, &corners[0]);
-    let same = left_top.simd_eq(u32x16::splat(simd, corners[0][first])).to_bitmask() as u16;
-    if same & lanes == lanes {
-        // All between the same four texels.
-        let four = [texel(0, first), texel(1, first), texel(2, first), texel(3, first)];
-        let [a, b, c, d] = four.map(|texel| Vec4::from_array(texel.map(f32::from)) * full);
-        if four[0] == four[1] && four[0] == four[2] && four[0] == four[3] {
-            return halves.map(|half| a * half.count_ones() as f32);
-        }
-        let both = fx * fy;
-        let mut sums = [Vec4::ZERO; 2];
-        for (sum, half) in sums.iter_mut().zip(halves) {
-            let x = total(simd, fx, half);
-            let y = total(simd, fy, half);
-            let xy = total(simd, both, half);
-            *sum = a * half.count_ones() as f32 + (b - a) * x + (c - a) * y + (a - b - c + d) * xy;
-        }
-        return sums;
-    }
-
-    let shares = [fx.to_array(), fy.to_array()];
-    // No closure here: it would not be compiled for the SIMD level (6 to 9 % of all time on the city and Sponza).
-    [interpolate(texels, &corners, &shares, halves[0]), interpolate(texels, &corners, &shares, halves[1])]
-}
-
-/// The sum over `lanes` of what lies between their four texels. (Left and right texels as one load of 16 bytes
-/// were no faster: 73 against 74 million samples a second on the table top.)
-#[inline(always)]
-fn interpolate(
-    texels: &[[u16; 4]],
-    corners: &[[u32; LANES]; 4],
-    shares: &[[f32; LANES]; 2],
-    lanes: u16,
-) -> Vec4 {
-    let mut sum = Vec4::ZERO;
-    let mut rest = lanes;
-    while rest != 0 {
-        let lane = rest.trailing_zeros() as usize % LANES;
-        rest &= rest - 1;
-        sum += interpolate_one(texels, corners, shares, lane);
-    }
-    sum * (1.0 / 65535.0)
-}
-
-/// What lies between the four texels of a lane, 65535 for full.
-#[inline(always)]
-fn interpolate_one(
-    texels: &[[u16; 4]],
-    corners: &[[u32; LANES]; 4],
-    shares: &[[f32; LANES]; 2],
-    lane: usize,
-) -> Vec4 {
-    let [a, b, c, d] = corners;
-    let (a, b) = (texel(texels, a[lane]), texel(texels, b[lane]));
-    let (c, d) = (texel(texels, c[lane]), texel(texels, d[lane]));
-    let top = a + (b - a) * shares[0][lane];
-    let bottom = c + (d - c) * shares[0][lane];
-    top + (bottom - top) * shares[1][lane]
+pub(crate) fn holes<S: Simd>(simd: S, choice: Choice<'_>, at: [f32x16<S>; 2], lanes: u16) -> u16 {
+    Between::new(simd, choice, at).holes(lanes)
 }
 
 /// A texel, 65535 for full. (Copied before it is looked at, it went through registers for whole numbers.)
