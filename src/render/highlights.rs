@@ -5,8 +5,9 @@
 //! `q = a / D` of the samples of each pixel there, and adds `m = L q` to it. While `n` samples of a pixel are expected to
 //! meet it fewer than [`ENOUGH`] times, the error there is taken to be at least what chance makes of it: of `n` samples `k`
 //! meet the light, and a pixel that has the brightness `b` without it shows `min(1, b + k L / n)` for `min(1, b + m)`. Where the
-//! samples of a whole block should have met it several times, `m` is at most what they saw: the rest is hidden.
+//! samples of a whole block should have met it several times, what they saw tells more.
 
+use super::clipped::expected_error;
 use super::diffraction::Disk;
 use super::picture::Picture;
 use super::resolve::{BLOCKS, ByBlock, block_place};
@@ -23,7 +24,8 @@ use rayon::prelude::*;
 /// pixel and lens that hardly any pixel misses it then. (With 16 times the error of lamps was stated up to 3 times too large.)
 const ENOUGH: f64 = 2.0;
 
-/// Times that a light is expected to be met in a block before it counts as hidden when its light is not there.
+/// Times that a light is expected to be met in a block before what is seen of it tells more ([`super::clipped`]): how much of it is
+/// not hidden, where, and what clipping hides.
 const SEVERAL: f64 = 8.0;
 
 /// Radiance, as shown, from which a small surface counts as a light: beyond what any picture shows.
@@ -112,16 +114,37 @@ impl Highlights {
         Self { columns, lights }
     }
 
-    /// The lights of a block of a tile, if it has any.
-    fn at(&self, tile: (u32, u32), block: usize) -> Option<&Light> {
+    /// What the lights of a block of a tile, of which each of `pixels` has `n` samples, may add to it unseen; none where it has no
+    /// lights or its samples tell more.
+    fn unseen(&self, tile: (u32, u32), block: usize, n: u32, pixels: f64) -> Option<Unseen> {
         let (x, y) = block_place(tile, block);
         let light = self.lights.get(y as usize * self.columns + x as usize);
         // Sums and differences leave a trace where there is nothing.
-        light.filter(|light| (x as usize) < self.columns && light.share > 1e-12)
+        let light = light.filter(|light| (x as usize) < self.columns && light.share > 1e-12)?;
+        let covered = light.covered.clamp(1e-3, 1.0);
+        let share = (light.share / covered).min(1.0);
+        let hits = f64::from(n) * share;
+        let is_seen = hits >= ENOUGH || hits * pixels * covered >= SEVERAL;
+        (n > 0 && !is_seen).then(|| Unseen { pixels: pixels * covered, share, mean: light.mean / covered })
     }
 }
 
+/// Lights that the samples of a block may have missed.
+struct Unseen {
+    /// Those under them.
+    pixels: f64,
+    /// The share of a pixel's samples that meet one, and their light, mean over all.
+    share: f64,
+    mean: DVec3,
+}
+
 impl Picture<'_> {
+    /// Whether geometry tells what a block errs by, and not what its samples saw.
+    pub(super) fn is_unseen(&self, tile: (u32, u32), block: usize, n: u32) -> bool {
+        let (x, y) = block_place(tile, block);
+        self.highlights.unseen(tile, block, n, f64::from(self.block_pixels(x, y))).is_some()
+    }
+
     /// Raises the squared errors of the blocks with `samples`, each a sum over pixels and channels, to what unseen lights may
     /// add. Tells which were raised.
     pub(super) fn raise_unseen(
@@ -132,22 +155,17 @@ impl Picture<'_> {
         squared: &mut ByBlock<f64>,
     ) -> u16 {
         let mut raised = 0;
+        let (columns, rows) = (self.view.width.div_ceil(BLOCK), self.view.height.div_ceil(BLOCK));
         for (block, error) in squared.iter_mut().enumerate() {
-            let Some(light) = self.highlights.at(tile, block) else { continue };
-            let (n, covered) = (samples[block], light.covered.clamp(1e-3, 1.0));
-            let share = (light.share / covered).min(1.0);
-            if n == 0 || f64::from(n) * share >= ENOUGH {
+            let (n, (x, y)) = (samples[block], block_place(tile, block));
+            if x >= columns || y >= rows {
                 continue;
             }
-            let Shown { pixels, mean: found, least } = self.shown(tile, block, sums, n);
-            let mut mean = light.mean / covered;
-            if f64::from(n) * share * pixels * covered >= SEVERAL {
-                // Met often enough about here to know how much of it is not hidden.
-                mean = mean.min((found - least).max(DVec3::ZERO) / covered);
-            }
-            let room = DVec3::ONE - least.min(DVec3::ONE);
-            let of_channel = |i: usize| expected_error(n, share, mean[i], room[i]);
-            let expected = covered * pixels * (of_channel(0) + of_channel(1) + of_channel(2));
+            let pixels = f64::from(self.block_pixels(x, y));
+            let Some(light) = self.highlights.unseen(tile, block, n, pixels) else { continue };
+            let room = DVec3::ONE - self.least(tile, block, sums, n).min(DVec3::ONE);
+            let of_channel = |i: usize| expected_error(n, light.share, light.mean[i], room[i]);
+            let expected = light.pixels * (of_channel(0) + of_channel(1) + of_channel(2));
             if expected > *error {
                 *error = expected;
                 raised |= 1 << block;
@@ -156,47 +174,20 @@ impl Picture<'_> {
         raised
     }
 
-    /// What a block shows after `n` samples.
-    fn shown(&self, (tx, ty): (u32, u32), block: usize, sums: &[[Vec3; 2]], n: u32) -> Shown {
+    /// The least that any pixel of a block shows after `n` samples, channel by channel and not clamped: what is there without a
+    /// light that is seldom met.
+    fn least(&self, (tx, ty): (u32, u32), block: usize, sums: &[[Vec3; 2]], n: u32) -> DVec3 {
         let (left, top) = (block as u32 % BLOCKS * BLOCK, block as u32 / BLOCKS * BLOCK);
         let right = (left + BLOCK).min(self.view.width - tx * TILE);
         let bottom = (top + BLOCK).min(self.view.height - ty * TILE);
-        let (mut pixels, mut all, mut least) = (0.0, DVec3::ZERO, Vec3::INFINITY);
-        for y in top..bottom {
-            for x in left..right {
-                let Some([a, b]) = sums.get((y * TILE + x) as usize) else { continue };
-                let light = (*a + *b) * (self.gain / n as f32);
-                (pixels, all, least) = (pixels + 1.0, all + light.as_dvec3(), least.min(light));
+        let mut least = Vec3::INFINITY;
+        for at in (top..bottom).flat_map(|y| (left..right).map(move |x| (y * TILE + x) as usize)) {
+            if let Some([a, b]) = sums.get(at) {
+                least = least.min((*a + *b) * (self.gain / n as f32));
             }
         }
-        Shown { pixels, mean: all / f64::max(pixels, 1.0), least: least.as_dvec3() }
+        least.as_dvec3()
     }
-}
-
-/// What a block shows, not clamped.
-struct Shown {
-    pixels: f64,
-    mean: DVec3,
-    /// The least of any pixel, channel by channel: what is there without the light, where it is seldom met.
-    least: DVec3,
-}
-
-/// The mean squared error of a pixel of which `k` of `n` samples, each with the chance `share`, meet a light that adds `mean`,
-/// where it shows no more than `room`.
-fn expected_error(n: u32, share: f64, mean: f64, room: f64) -> f64 {
-    let hits = f64::from(n) * share;
-    if share >= 1.0 || mean <= 0.0 || hits <= 0.0 {
-        return 0.0;
-    }
-    let wanted = mean.min(room);
-    let most = ((hits + 10.0 * hits.sqrt() + 10.0).min(200.0) as u32).min(n);
-    let (mut chance, mut sum) = (libm::exp(f64::from(n) * libm::log1p(-share)), 0.0);
-    for k in 0..=most {
-        let gap = (mean * f64::from(k) / hits).min(room) - wanted;
-        sum += chance * gap * gap;
-        chance *= f64::from(n - k) / f64::from(k + 1) * share / (1.0 - share);
-    }
-    sum
 }
 
 /// The most light that comes from each material: its own, and what of sun and sky it gives back.
@@ -221,25 +212,4 @@ fn blur(view: &View, point: DVec3, place: DVec2) -> [DVec2; 2] {
     let ([c, cu, cv], p) = (&view.pixel_from_lens, point.extend(1.0));
     let w = c[2].dot(p);
     [cu, cv].map(|c| (DVec2::new(c[0].dot(p), c[1].dot(p)) - place * c[2].dot(p)) / w)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn chance_errs_as_its_limits_say() {
-        // Hardly ever met: all of it is missing. Met often and never clamped: the noise of counting.
-        assert!((expected_error(1, 1e-4, 0.3, 1.0) - 0.09).abs() < 1e-3);
-        let (share, mean) = (16.0 / 4096.0, 0.1);
-        let counted = mean * mean / 16.0 * (1.0 - share);
-        assert!((expected_error(4096, share, mean, 1.0) / counted - 1.0).abs() < 1e-3);
-        // So bright that one hit is white: wrong where there was none, and by no more than was dark.
-        assert!(
-            (expected_error(1 << 20, 3.0 / f64::from(1 << 20), 50.0, 1.0) - libm::exp(-3.0)).abs() < 1e-6
-        );
-        assert!((expected_error(1, 1e-6, 50.0, 0.5) - 0.25).abs() < 1e-5);
-        // What every sample meets is right.
-        assert_eq!(expected_error(4, 1.0, 50.0, 1.0), 0.0);
-    }
 }

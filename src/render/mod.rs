@@ -3,6 +3,7 @@
 mod adaptive;
 mod allocate;
 mod base;
+mod clipped;
 mod diffraction;
 mod draw;
 mod edges;

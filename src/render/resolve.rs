@@ -1,5 +1,6 @@
 //! From sums to a picture: means out, and what the two halves of the samples say of their error.
 
+use super::clipped::{self, Halves};
 use super::picture::Picture;
 use crate::picture::BLOCK;
 use crate::raster::TILE;
@@ -31,23 +32,30 @@ impl Picture<'_> {
     ) -> ByBlock<f64> {
         let mut squared = ByBlock::default();
         let (width, height) = (self.view.width - tx * TILE, self.view.height - ty * TILE);
+        let mut tell = |at: usize, error: f64| {
+            if let Some(pixel) = errors.as_deref_mut().and_then(|errors| errors.get_mut(at)) {
+                *pixel = (error / 3.0).sqrt() as f32;
+            }
+            error
+        };
         for block in (0..samples.len()).filter(|&block| samples[block] > 1) {
-            let n = samples[block];
-            let (even, odd) = (n.div_ceil(2), n / 2);
-            let share = f64::from(even) * f64::from(odd) / (f64::from(n) * f64::from(n));
-            let [even, odd] = [even, odd].map(|n| self.gain / n as f32);
-            let shown = |sum: Vec3, gain: f32| (sum * gain).clamp(Vec3::ZERO, Vec3::ONE);
             let (left, top) = (block as u32 % BLOCKS * BLOCK, block as u32 / BLOCKS * BLOCK);
-            for y in top..(top + BLOCK).min(height) {
-                for x in left..(left + BLOCK).min(width) {
-                    let at = (y * TILE + x) as usize;
-                    let Some(&[a, b]) = sums.get(at) else { continue };
-                    let error = share * (shown(a, even) - shown(b, odd)).as_dvec3().length_squared();
-                    squared[block] += error;
-                    if let Some(pixel) = errors.as_deref_mut().and_then(|errors| errors.get_mut(at)) {
-                        *pixel = (error / 3.0).sqrt() as f32;
-                    }
-                }
+            let (right, bottom) = ((left + BLOCK).min(width), (top + BLOCK).min(height));
+            let places = || (top..bottom).flat_map(|y| (left..right).map(move |x| (y * TILE + x) as usize));
+            let n = samples[block];
+            let (share, gains) = (clipped::share(n), [n.div_ceil(2), n / 2].map(|n| self.gain / n as f32));
+            let halves = |at: usize| sums.get(at).map(|&[a, b]| [a * gains[0], b * gains[1]]);
+            let mut is_bright = false;
+            for at in places() {
+                let Some([a, b]) = halves(at) else { continue };
+                let [a_shown, b_shown] = [a, b].map(|half| half.clamp(Vec3::ZERO, Vec3::ONE));
+                squared[block] += tell(at, share * (a_shown - b_shown).as_dvec3().length_squared());
+                is_bright |= clipped::is_bright([a, b]);
+            }
+            if is_bright && !self.is_unseen((tx, ty), block, n) {
+                let pixels = places().filter_map(halves).collect();
+                let errors = Halves { width: (right - left) as usize, samples: n, pixels }.errors();
+                squared[block] = places().zip(errors).map(|(at, error)| tell(at, error)).sum();
             }
         }
         squared

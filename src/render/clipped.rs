@@ -1,0 +1,260 @@
+//! Light that is clipped at white, where few samples of a pixel meet it: what chance makes of such pixels.
+//!
+//! A picture shows no more than white, and nor does either half of its samples. Where one sample of a lamp is enough to make a
+//! pixel white, the halves agree wherever both met the lamp or both missed it, and their difference says too little: along the rim
+//! of a lamp out of focus, or under light that comes through a gap. The pixels around tell more, for there light is met by chance as
+//! well. Of `n` samples, each of which meets a light `L` with the chance `p`, the mean is `m = p L` and its variance
+//! `s^2 = p (1 - p) L^2 / n`, so `L = m + n s^2 / m`. Both are measured without clipping, over the pixels near by: `m` above the
+//! darkest of them, `s^2` from the halves. That gives the chance of each number of samples that meet the light,
+//! and so the mean of the squared error with clipping ([`expected_error`]).
+
+use glam::{DVec3, Vec3};
+use std::ops::Range;
+
+/// What half of the samples of a pixel near by show, at least: else there is nothing to clip.
+const BRIGHT: f32 = 1.5;
+
+/// Pixels to each side that tell of a pixel: over more the rim of a lamp is not alike. (Four told too much by a fifth.)
+const REACH: usize = 2;
+
+/// A pixel whose halves differ by this met the light by chance; of a block with fewer, all pixels together tell more than a few.
+const MET: f32 = 0.5;
+const FEW: usize = 8;
+
+/// What pixels near by differ by is chance if it is at most so many times what their halves differ by, and else a shape.
+const SHAPE: f64 = 4.0;
+
+/// Samples that meet a light so often, on average, spread evenly about it: the halves tell.
+const OFTEN: f64 = 100.0;
+
+/// The two halves of the samples of a block's pixels, not clipped, row by row.
+pub(super) struct Halves {
+    pub width: usize,
+    /// Samples of a pixel, two at least: one half has as many as the other, or one more.
+    pub samples: u32,
+    pub pixels: Vec<[Vec3; 2]>,
+}
+
+/// What a channel shows in the pixels near by.
+#[derive(Clone, Copy)]
+struct Around {
+    /// The least, and the mean above it.
+    least: f64,
+    mean: f64,
+    /// The mean square above it.
+    square: f64,
+    /// The variance of a pixel's mean by its halves.
+    noise: f64,
+    /// The variance from pixel to pixel.
+    change: f64,
+}
+
+/// Columns and rows of pixels in a block.
+type Window = [Range<usize>; 2];
+
+impl Halves {
+    /// Pixel by pixel the squared error, summed over channels, as what is around tells.
+    pub(super) fn errors(&self) -> Vec<f64> {
+        // All white, whatever chance does.
+        if self.pixels.iter().all(|[a, b]| a.min(*b).min_element() >= 1.0) {
+            return vec![0.0; self.pixels.len()];
+        }
+        let rows = self.pixels.len() / self.width;
+        let met = |[a, b]: &&[Vec3; 2]| (*a - *b).abs().max_element() > MET;
+        let few = self.pixels.iter().filter(met).count() < FEW;
+        let together = [0, 1, 2].map(|channel| self.around(&[0..self.width, 0..rows], channel));
+        let lights = together.map(|all| all.light(self.samples));
+        let of_pixel = |at: usize| {
+            let (window, own) = (self.near(at, rows), self.own(at).to_array());
+            let is_near = few || self.places(&window).any(|at| is_bright(self.pixels[at]));
+            let of_channel = |channel: usize| {
+                let around = || if few { together[channel] } else { self.around(&window, channel) };
+                let told = if is_near { around().error(self.samples, lights[channel]) } else { None };
+                told.unwrap_or(share(self.samples) * own[channel] * own[channel])
+            };
+            of_channel(0) + of_channel(1) + of_channel(2)
+        };
+        (0..self.pixels.len()).map(of_pixel).collect()
+    }
+
+    /// What a pixel's own halves differ by.
+    fn own(&self, at: usize) -> DVec3 {
+        let [a, b] = self.pixels[at].map(|half| half.clamp(Vec3::ZERO, Vec3::ONE));
+        (a - b).as_dvec3()
+    }
+
+    /// The pixels near one, in the block: what a block tells must not hang on others, which may get more samples later.
+    fn near(&self, at: usize, rows: usize) -> Window {
+        let range = |middle: usize, end: usize| middle.saturating_sub(REACH)..(middle + REACH + 1).min(end);
+        [range(at % self.width, self.width), range(at / self.width, rows)]
+    }
+
+    fn places(&self, [columns, rows]: &Window) -> impl Iterator<Item = usize> {
+        let (columns, width) = (columns.clone(), self.width);
+        rows.clone().flat_map(move |y| columns.clone().map(move |x| y * width + x))
+    }
+
+    fn around(&self, window: &Window, channel: usize) -> Around {
+        let (mut least, mut sum, mut squares, mut noise) = (f64::INFINITY, 0.0, 0.0, 0.0);
+        let (share, odd) = (share(self.samples), f64::from(self.samples / 2) / f64::from(self.samples));
+        for at in self.places(window) {
+            let [a, b] = self.pixels[at].map(|half| f64::from(half[channel]));
+            let value = a + (b - a) * odd;
+            least = least.min(value);
+            sum += value;
+            squares += value * value;
+            noise += share * (a - b) * (a - b);
+        }
+        let count = (window[0].len() * window[1].len()) as f64;
+        let mean = sum / count;
+        let change = squares / count - mean * mean;
+        let square = change + (mean - least) * (mean - least);
+        Around { least, mean: mean - least, square, noise: noise / count, change }
+    }
+}
+
+/// What the mean of the halves of so many samples is off by, as a part of their difference, squared.
+pub(super) fn share(samples: u32) -> f64 {
+    let [even, odd, all] = [samples.div_ceil(2), samples / 2, samples].map(f64::from);
+    even * odd / (all * all)
+}
+
+/// Whether a pixel shows so much that clipping counts.
+pub(super) fn is_bright([a, b]: [Vec3; 2]) -> bool {
+    a.max(b).max_element() > BRIGHT
+}
+
+impl Around {
+    /// How bright the light is that samples meet by chance, so many of each pixel.
+    fn light(&self, samples: u32) -> f64 {
+        (self.square + f64::from(samples) * self.noise) / self.mean
+    }
+
+    /// The mean squared error of a pixel of so many samples, which meet a `light` by chance; none where its own halves tell as
+    /// well, or better.
+    fn error(&self, samples: u32, light: f64) -> Option<f64> {
+        let Self { least, mean, noise, change, .. } = *self;
+        let is_chance = noise > 0.0 && noise.is_finite() && mean > 1e-6 && change <= SHAPE * noise;
+        let room = (1.0 - least).clamp(0.0, 1.0);
+        if !is_chance || mean + 8.0 * noise.sqrt() < room {
+            return None;
+        }
+        let share = mean / light;
+        (f64::from(samples) * share <= OFTEN).then(|| expected_error(samples, share, mean, room))
+    }
+}
+
+/// The mean squared error of a pixel of which `k` of `n` samples, each with the chance `share`, meet a light that adds `mean`,
+/// where it shows no more than `room`.
+pub(super) fn expected_error(n: u32, share: f64, mean: f64, room: f64) -> f64 {
+    let hits = f64::from(n) * share;
+    if share >= 1.0 || mean <= 0.0 || hits <= 0.0 {
+        return 0.0;
+    }
+    let wanted = mean.min(room);
+    let (mut chance, mut sum) = (libm::exp(f64::from(n) * libm::log1p(-share)), 0.0);
+    // From so many on the pixel is full, which has what is left of the chances.
+    let mut left = 1.0;
+    for k in 0..=n {
+        let shown = mean * f64::from(k) / hits;
+        if shown >= room || left < 1e-12 {
+            break;
+        }
+        sum += chance * (shown - wanted) * (shown - wanted);
+        left -= chance;
+        chance *= f64::from(n - k) / f64::from(k + 1) * share / (1.0 - share);
+    }
+    sum + left.max(0.0) * (room - wanted) * (room - wanted)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::picture::BLOCK;
+
+    const PIXELS: usize = (BLOCK * BLOCK) as usize;
+
+    /// Pixels of a block whose samples meet the light with the chances `share`, and what they show in truth, not clipped.
+    fn block(seed: u64, samples: u32, light: f32, share: impl Fn(usize, usize) -> f32) -> (Halves, Vec<f32>) {
+        let mut state = seed;
+        let mut random = || {
+            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+            (state >> 40) as f32 / 16_777_216.0
+        };
+        let (mut pixels, mut truth) = (Vec::new(), Vec::new());
+        for at in 0..PIXELS {
+            let share = share(at % 8, at / 8);
+            let mut half = |count: u32| {
+                let met = (0..count).filter(|_| random() < share).count();
+                Vec3::splat(0.1 + light * met as f32 / count as f32)
+            };
+            pixels.push([half(samples.div_ceil(2)), half(samples / 2)]);
+            truth.push(0.1 + light * share);
+        }
+        (Halves { width: 8, samples, pixels }, truth)
+    }
+
+    /// The mean of what is told over many blocks, as a part of what is true.
+    fn told(samples: u32, light: f32, share: impl Fn(usize, usize) -> f32) -> f64 {
+        let (mut told, mut found) = (0.0, 0.0);
+        for seed in 0..400 {
+            let (halves, truth) = block(seed, samples, light, &share);
+            told += halves.errors().iter().sum::<f64>();
+            for ([a, b], truth) in halves.pixels.iter().zip(truth) {
+                let odd = (samples / 2) as f32 / samples as f32;
+                let gap = (a.x + (b.x - a.x) * odd).min(1.0) - truth.min(1.0);
+                found += 3.0 * f64::from(gap) * f64::from(gap);
+            }
+        }
+        told / found
+    }
+
+    #[test]
+    fn chance_that_clipping_hides_is_told() {
+        for samples in [2, 4, 5, 16, 64] {
+            for light in [3.0, 20.0, 500.0] {
+                for met in [0.3, 2.0] {
+                    // Alike everywhere, and along the rim of something large.
+                    let even = f32::min(met / samples as f32, 0.4);
+                    let ratio = [
+                        told(samples, light, |_, _| even),
+                        told(samples, light, |x, _| even * x as f32 / 4.0),
+                    ];
+                    println!("{samples} {light} {met}: {ratio:.2?}");
+                    assert!(
+                        ratio.iter().all(|ratio| (0.8..1.6).contains(ratio)),
+                        "{samples} {light} {met}: {ratio:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn where_nothing_is_clipped_the_halves_are_believed() {
+        for samples in [4, 16] {
+            let (halves, _) = block(7, samples, 0.8, |x, _| 0.1 * x as f32);
+            let own: f64 = (0..PIXELS).map(|at| share(samples) * halves.own(at).length_squared()).sum();
+            assert!((halves.errors().iter().sum::<f64>() / own - 1.0).abs() < 1e-12);
+        }
+        // Nor is anything else where the edge of a lamp is sharp.
+        let (halves, _) = block(7, 16, 50.0, |x, _| if x < 3 { 0.0 } else { 1.0 });
+        assert_eq!(halves.errors().iter().sum::<f64>(), 0.0);
+    }
+
+    #[test]
+    fn chance_errs_as_its_limits_say() {
+        // Hardly ever met: all of it is missing. Met often and never clamped: the noise of counting.
+        assert!((expected_error(1, 1e-4, 0.3, 1.0) - 0.09).abs() < 1e-3);
+        let (share, mean) = (16.0 / 4096.0, 0.1);
+        let counted = mean * mean / 16.0 * (1.0 - share);
+        assert!((expected_error(4096, share, mean, 1.0) / counted - 1.0).abs() < 1e-3);
+        // So bright that one hit is white: wrong where there was none, and by no more than was dark.
+        assert!(
+            (expected_error(1 << 20, 3.0 / f64::from(1 << 20), 50.0, 1.0) - libm::exp(-3.0)).abs() < 1e-6
+        );
+        assert!((expected_error(1, 1e-6, 50.0, 0.5) - 0.25).abs() < 1e-5);
+        // What every sample meets is right.
+        assert_eq!(expected_error(4, 1.0, 50.0, 1.0), 0.0);
+    }
+}

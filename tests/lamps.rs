@@ -1,0 +1,112 @@
+//! Light brighter than white that some samples of a pixel meet and others miss: clipping hides how wrong such pixels are, and the
+//! stated error says it all the same.
+
+use groundglass::Exposure;
+use groundglass::render::{Execution, render, replay};
+use groundglass::scene::{Budget, Memory, Scene, parse};
+
+/// Corners of a rectangle that faces the camera, `z` metres nearer than the origin, as a face of an OBJ.
+fn rectangle([left, right, bottom, top]: [f64; 4], z: f64) -> String {
+    let corners = [[left, bottom], [right, bottom], [right, top], [left, top]];
+    let vertices = corners.map(|[x, y]| format!("v {x} {y} {z}\n")).concat();
+    format!("{vertices}f -4 -3 -2 -1\n")
+}
+
+/// A room seen from 5 m, in focus at 3 m, 160 pixels wide; `lamp` has this radiance.
+fn room(walls: &str, lamp: &str, radiance: f64) -> Scene {
+    let toml = "[camera]\neye_m = [0, 0, 5]\nlook_at_m = [0, 0, 0]\nfocal_length_mm = 300\nf_number = 2\nfilm = \"4x5\"
+[focus]\ndistance_m = 3\n[[mesh]]\npath = \"room.obj\"\n[sky]\nambient = [1, 1, 1]\nhorizon = [0.1, 0.1, 0.1]
+zenith = [0.1, 0.1, 0.1]\n[render]\nwidth = 160\n";
+    let obj = format!("mtllib room.mtl\nusemtl wall\n{walls}usemtl lamp\n{lamp}");
+    let mtl = format!(
+        "newmtl wall\nKd 0.2 0.2 0.2\nnewmtl lamp\nKd 0 0 0\nKe {radiance} {} {}\n",
+        0.8 * radiance,
+        0.1 * radiance
+    );
+    let files = Memory::new().with("room.obj", obj.into_bytes()).with("room.mtl", mtl.into_bytes());
+    parse(toml, "room.toml").unwrap().describe().unwrap().load(&files, "".as_ref(), None).unwrap()
+}
+
+fn drawn(scene: &Scene, seed: u64, budget: Budget) -> Exposure {
+    let mut scene = scene.clone();
+    (scene.render.seed, scene.render.budget) = (seed, budget);
+    render(&scene, Execution::default()).unwrap().0
+}
+
+/// Mean square difference of the pictures clamped to 0..1.
+fn gap(a: &Exposure, b: &Exposure) -> f64 {
+    let places = (0..a.height()).flat_map(|y| (0..a.width()).map(move |x| (x, y)));
+    let shown = |picture: &Exposure, (x, y)| picture.pixel(x, y).map(|c| f64::from(c.clamp(0.0, 1.0)));
+    let of = |at| {
+        let (a, b) = (shown(a, at), shown(b, at));
+        (0..3).map(|i| (a[i] - b[i]) * (a[i] - b[i])).sum::<f64>()
+    };
+    places.map(of).sum::<f64>() / f64::from(3 * a.width() * a.height())
+}
+
+/// Stated over true error at 4, 16 and 64 samples, each of four pictures.
+fn ratios(scene: &Scene) -> [f64; 3] {
+    let truth = drawn(scene, 99, Budget::Samples(16_384));
+    [4, 16, 64].map(|samples| {
+        let (mut stated, mut found) = (0.0, 0.0);
+        for seed in 0..4 {
+            let picture = drawn(scene, seed, Budget::Samples(samples));
+            stated += picture.rms_error().unwrap() * picture.rms_error().unwrap();
+            found += gap(&picture, &truth);
+        }
+        (stated / found).sqrt()
+    })
+}
+
+#[test]
+fn the_rim_of_a_lamp_is_as_wrong_as_stated() {
+    // 45 pixels wide, and blurred over 8.
+    for radiance in [3.0, 17.0, 200.0, 5000.0] {
+        let ratios = ratios(&room("", &rectangle([-0.3, 0.3, -0.2, 0.25], 0.0), radiance));
+        println!("{radiance}: {ratios:.2?}");
+        assert!(ratios.iter().all(|ratio| (1.0 / 1.5..1.5).contains(ratio)), "{radiance}: {ratios:?}");
+    }
+}
+
+#[test]
+fn light_through_a_gap_is_as_wrong_as_stated() {
+    // Between two walls out of focus: two thirds of a pixel wide, and blurred over 8.
+    let walls = rectangle([-3.0, 0.1, -3.0, 3.0], 0.0) + &rectangle([0.104, 3.0, -3.0, 3.0], 0.0);
+    for radiance in [30.0, 300.0, 3000.0] {
+        let ratios = ratios(&room(&walls, &rectangle([-4.0, 4.0, -4.0, 4.0], -1.0), radiance));
+        println!("{radiance}: {ratios:.2?}");
+        assert!(ratios.iter().all(|ratio| (1.0 / 1.5..1.5).contains(ratio)), "{radiance}: {ratios:?}");
+    }
+}
+
+#[test]
+fn a_sharp_lamp_is_not_taken_for_chance() {
+    // In focus, slanted: white or dark, and wrong in few pixels, which is what is said.
+    let lamp = "v -0.2 -0.2 2\nv 0.2 -0.1 2\nv 0.15 0.2 2\nv -0.22 0.1 2\nf -4 -3 -2 -1\n";
+    for radiance in [3.0, 20.0, 200.0] {
+        let ratios = ratios(&room("", lamp, radiance));
+        println!("{radiance}: {ratios:.2?}");
+        assert!(ratios.iter().all(|&ratio| ratio < 1.5), "{radiance}: {ratios:?}");
+    }
+}
+
+#[test]
+fn what_a_target_is_said_to_reach_does_not_hang_on_the_way_there() {
+    let mut scene = room("", &rectangle([-0.3, 0.3, -0.2, 0.25], 0.0), 17.0);
+    scene.render.budget = Budget::MaxError(0.01);
+    let execution = || Execution { error_map: true, ..Execution::default() };
+    let (picture, _) = render(&scene, execution()).unwrap();
+    let truth = drawn(&scene, 99, Budget::Samples(16_384));
+    assert!(gap(&picture, &truth).sqrt() <= 0.01 && picture.rms_error().unwrap() <= 0.01);
+    let (again, _) = replay(&scene, picture.samples(), execution()).unwrap();
+    assert_eq!(again.rms_error(), picture.rms_error());
+    let places = (0..picture.height()).flat_map(|y| (0..picture.width()).map(move |x| (x, y)));
+    let squares: Vec<f64> = places
+        .map(|(x, y)| {
+            let e = f64::from(picture.pixel_error(x, y).unwrap());
+            e * e
+        })
+        .collect();
+    let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    assert!((rms / picture.rms_error().unwrap() - 1.0).abs() < 1e-5);
+}
