@@ -110,3 +110,38 @@ fn what_a_target_is_said_to_reach_does_not_hang_on_the_way_there() {
     let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
     assert!((rms / picture.rms_error().unwrap() - 1.0).abs() < 1e-5);
 }
+
+#[test]
+fn what_stands_before_a_lamp_counts() {
+    let lamp = |size: f64| rectangle([-size, size, 0.1 - size, 0.1 + size], 0.0);
+    let wall = |bottom: f64| rectangle([-2.0, 2.0, bottom, 2.0], 1.0);
+    // Hidden by a wall: as without it.
+    for radiance in [30.0, 50_000.0] {
+        let [hidden, alone] = [lamp(0.002), String::new()].map(|lamp| {
+            let scene = room(&wall(-2.0), &lamp, radiance);
+            [4, 64].map(|samples| drawn(&scene, 1, Budget::Samples(samples)).rms_error().unwrap())
+        });
+        assert_eq!(hidden, alone, "{radiance}");
+    }
+    // Behind a pane; of ten times the size and a hundredth of the brightness it is blurred to nearly the same disk, and met often.
+    for (bottom, pane) in [(-2.0, 0.5), (-2.0, 0.9), (0.5, 0.9)] {
+        let before = wall(bottom);
+        let scene = |lamp: &str, radiance: f64| {
+            let mut scene = room(&before, lamp, radiance);
+            scene
+                .surfaces
+                .materials
+                .iter_mut()
+                .filter(|m| m.emission == [0.0; 3])
+                .for_each(|m| m.coverage = pane);
+            scene
+        };
+        let truth = drawn(&scene(&lamp(0.02), 200.0), 99, Budget::Samples(4096));
+        for samples in [4, 16, 64] {
+            let picture = drawn(&scene(&lamp(0.002), 20_000.0), 1, Budget::Samples(samples));
+            let ratio = picture.rms_error().unwrap() / gap(&picture, &truth).sqrt();
+            println!("pane {pane} from {bottom}, {samples}: {ratio:.2}");
+            assert!((1.0 / 1.5..1.5).contains(&ratio), "pane {pane} from {bottom}, {samples}: {ratio}");
+        }
+    }
+}

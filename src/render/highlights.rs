@@ -17,6 +17,8 @@ use crate::raster::TILE;
 use crate::raster::bounds::Frustum;
 use crate::raster::view::View;
 use crate::scene::Scene;
+use crate::shade::Sight;
+use fearless_simd::Level;
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -30,6 +32,9 @@ const SEVERAL: f64 = 8.0;
 
 /// Radiance, as shown, from which a small surface counts as a light: beyond what any picture shows.
 const BRIGHT: f32 = 2.0;
+
+/// So many lights at most are looked at for what stands before them, some microseconds each.
+const MOST_RARE: usize = 4096;
 
 /// What lights may add to the pixels of a block.
 #[derive(Clone, Copy, Default)]
@@ -59,13 +64,14 @@ pub(super) struct Highlights {
 
 impl Highlights {
     /// `positions` are those of the surfaces, in the lens frame. Diffraction spreads light over `disks`. A pixel has
-    /// `samples` at least.
+    /// `samples` at least. What stands before a light that few samples meet keeps its part away.
     pub(super) fn new(
         scene: &Scene,
         view: &View,
         positions: &[DVec3],
         (samples, gain): (u32, f32),
         disks: &[Disk],
+        level: Level,
     ) -> Self {
         let surfaces = &scene.surfaces;
         let (columns, rows) = (view.width.div_ceil(BLOCK) as usize, view.height.div_ceil(BLOCK) as usize);
@@ -85,17 +91,25 @@ impl Highlights {
         let frustum = Frustum::new(view);
         let place = |&p: &DVec3| frustum.contains(p).then(|| pixel(view, p));
         let places: Vec<Option<DVec2>> = positions.par_iter().map(place).collect();
-        for t in (0..surfaces.triangles.len()).filter(is_bright) {
-            let [a, b, c] = surfaces.triangles[t].map(|i| i as usize);
-            // What comes near the lens is not small.
-            let (Some(pa), Some(pb), Some(pc)) = (places[a], places[b], places[c]) else { continue };
-            let area = 0.5 * (pb - pa).perp_dot(pc - pa).abs();
-            let blurred = Spread::of([pa, pb, pc]).over(blur(view, positions[a], pa));
+        let small: Vec<(usize, f64, Spread)> = (0..surfaces.triangles.len())
+            .filter(is_bright)
+            .filter_map(|t| {
+                let [a, b, c] = surfaces.triangles[t].map(|i| i as usize);
+                // What comes near the lens is not small.
+                let [pa, pb, pc] = [places[a]?, places[b]?, places[c]?];
+                let area = 0.5 * (pb - pa).perp_dot(pc - pa).abs();
+                Some((t, area, Spread::of([pa, pb, pc]).over(blur(view, positions[a], pa))))
+            })
+            .collect();
+        let free = free(level, scene, view, positions, &small, samples);
+        for (at, &(t, area, blurred)) in small.iter().enumerate() {
             let radiance = light_of(t).as_dvec3();
+            let own = surfaces.materials[surfaces.attributes[t].material as usize].coverage;
+            let free = free.get(at).copied().unwrap_or(1.0) * f64::from(own);
             for disk in disks {
                 let spread = blurred.over([DVec2::X * disk.reach.x, DVec2::Y * disk.reach.y]);
-                let share = (area * disk.share / spread.area()).min(1.0);
-                if !share.is_finite() {
+                let share = (area * disk.share / spread.area()).min(1.0) * free;
+                if !share.is_finite() || share == 0.0 {
                     continue;
                 }
                 let light = Light { covered: 1.0, share, mean: radiance * share };
@@ -188,6 +202,29 @@ impl Picture<'_> {
         }
         least.as_dvec3()
     }
+}
+
+/// The parts of the light of these triangles that nothing keeps from the lens; none where all of it arrives, or so many are too
+/// small to be met often that they would take longer than the picture.
+fn free(
+    level: Level,
+    scene: &Scene,
+    view: &View,
+    positions: &[DVec3],
+    small: &[(usize, f64, Spread)],
+    samples: u32,
+) -> Vec<f64> {
+    let is_rare =
+        |(_, area, spread): &(usize, f64, Spread)| f64::from(samples) * area < ENOUGH * spread.area();
+    let rare = small.iter().filter(|light| is_rare(light)).count();
+    if rare == 0 || rare > MOST_RARE {
+        return Vec::new();
+    }
+    let sight = Sight::new(&scene.surfaces, positions, view.near);
+    let of = |light: &(usize, f64, Spread)| {
+        if is_rare(light) { sight.free(level, light.0 as u32, view.radius) } else { 1.0 }
+    };
+    small.iter().map(of).collect()
 }
 
 /// The most light that comes from each material: its own, and what of sun and sky it gives back.

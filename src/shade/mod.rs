@@ -20,6 +20,7 @@ mod run;
 mod samples;
 mod shadowed;
 mod shadows;
+mod sight;
 mod sun;
 mod texels;
 
@@ -27,6 +28,7 @@ pub(crate) use falloff::Falloff;
 pub(crate) use look::Look;
 pub(crate) use samples::{LaneSums, Rays, Samples};
 pub(crate) use shadowed::SunSamples;
+pub(crate) use sight::Sight;
 pub(crate) use sun::ShadowSun;
 
 use crate::scene::{NONE, Sky, Sun, Surfaces};
