@@ -164,9 +164,14 @@ impl Picture<'_> {
             cells: if set_up == SetUp::Ahead { 0..self.cells.len() } else { self.cells_of(steps) },
             wanted: steps.iter().fold(0, |wanted, step| wanted | step.wanted),
         };
+        // What earlier steps drew is still there.
+        let mut held = 0;
         for (done, step) in steps.iter().enumerate() {
             drawn.resize(sums.len(), [Vec4::ZERO; 2]);
-            each_wanted(step.wanted, sums, drawn, |sums, drawn| *drawn = sums.map(|half| half.extend(0.0)));
+            each_wanted(step.wanted & !held, sums, drawn, |sums, drawn| {
+                *drawn = sums.map(|half| half.extend(0.0));
+            });
+            held |= step.wanted;
             let mut pattern =
                 pattern(&self.points, tile, self.streams, step.run, step.splits, &|| self.stopped());
             if self.centred {

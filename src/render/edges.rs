@@ -79,12 +79,7 @@ impl Picture<'_> {
     ) -> ByBlock<f64> {
         let size =
             [self.view.width - tx * TILE, self.view.height - ty * TILE].map(|size| size.min(TILE) as usize);
-        let scales = all.map(|n| self.gain / n.max(1) as f32);
-        let tile = Shown::new(self.level, size, |x, y| {
-            let scale = scales[y / BLOCK as usize * BLOCKS as usize + x / BLOCK as usize];
-            let sum = sums.get(y * TILE as usize + x).map_or(Vec3::ZERO, |[a, b]| a + b);
-            (sum * scale).clamp(Vec3::ZERO, Vec3::ONE)
-        });
+        let tile = Shown::new(self.level, size, sums, &all.map(|n| self.gain / n.max(1) as f32));
         std::array::from_fn(|block| {
             let n = f64::from(changed[block]);
             let contrasts = if n < 2.0 { 0.0 } else { tile.contrasts(block) };
@@ -99,20 +94,21 @@ impl Picture<'_> {
 }
 
 impl Shown {
-    fn new(level: Level, [width, height]: [usize; 2], color: impl Fn(usize, usize) -> Vec3) -> Self {
+    /// From the sums of a tile and, for each block, what they are to be multiplied by.
+    fn new(level: Level, [width, height]: [usize; 2], sums: &[[Vec3; 2]], scales: &ByBlock<f32>) -> Self {
         let mut all = Self {
             size: [width, height],
             channels: [[[0.0; SIDE]; SIDE]; 3],
             edges: [[0; TILE as usize]; 2],
         };
-        for y in 0..height {
-            for x in 0..width {
-                let color = color(x, y).to_array();
-                for (channel, value) in all.channels.iter_mut().zip(color) {
-                    channel[y + 1][x + 1] = value;
-                }
+        let [red, green, blue] = &mut all.channels;
+        for (y, row) in sums.chunks_exact(TILE as usize).enumerate().take(height) {
+            let (red, green, blue) = (&mut red[y + 1][1..], &mut green[y + 1][1..], &mut blue[y + 1][1..]);
+            for ([a, b], ((red, green), blue)) in row.iter().zip(red.iter_mut().zip(green).zip(blue)) {
+                (*red, *green, *blue) = (a.x + b.x, a.y + b.y, a.z + b.z);
             }
         }
+        at_level!(level, simd => show(simd, &mut all, scales));
         for channel in &mut all.channels {
             for row in &mut channel[1..=height] {
                 (row[0], row[width + 1]) = (row[1], row[width]);
@@ -190,6 +186,27 @@ impl Shown {
     }
 }
 
+/// Makes sums what is shown of them.
+#[inline(always)]
+fn show<S: Simd>(simd: S, shown: &mut Shown, scales: &ByBlock<f32>) {
+    let (zero, one) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, 1.0));
+    let height = shown.size[1];
+    for channel in &mut shown.channels {
+        for (y, row) in channel[1..=height].iter_mut().enumerate() {
+            for x in (0..TILE as usize).step_by(LANES) {
+                let mut scale = [0.0; LANES];
+                for (lane, scale) in scale.iter_mut().enumerate() {
+                    *scale = scales[y / BLOCK as usize * BLOCKS as usize + (x + lane) / BLOCK as usize];
+                }
+                let light = f32x16::from_slice(simd, &row[x + 1..x + 1 + LANES]);
+                let light = light * f32x16::load_array(simd, scale);
+                let light = light.simd_gt(zero).select(light, zero);
+                light.simd_lt(one).select(light, one).store_slice(&mut row[x + 1..x + 1 + LANES]);
+            }
+        }
+    }
+}
+
 /// Finds the pixels that change along one axis and hardly along the other.
 #[inline(always)]
 fn mark<S: Simd>(simd: S, shown: &mut Shown) {
@@ -232,7 +249,8 @@ mod tests {
 
     fn contrasts(value: impl Fn(usize, usize) -> f32) -> f64 {
         let level = SimdLevel::best().level();
-        let tile = Shown::new(level, [32, 32], |x, y| Vec3::splat(value(x, y)));
+        let sums: Vec<_> = (0..1024).map(|at| [Vec3::splat(value(at % 32, at / 32)), Vec3::ZERO]).collect();
+        let tile = Shown::new(level, [32, 32], &sums, &[1.0; 16]);
         (0..16).map(|block| tile.contrasts(block)).sum()
     }
 

@@ -30,6 +30,8 @@ pub(super) struct Progressive<'a> {
     pub hidden: Vec<f64>,
     /// How much edges err, as a part of what they may: see [`edges::share`].
     pub hides: f64,
+    /// Tiles of which some blocks got samples after what edges hide in the others was found.
+    stale: Vec<bool>,
     /// What a sample takes in each tile, as its first run found: see [`allocate::cost`].
     costs: Vec<f64>,
     counts: Counts,
@@ -44,8 +46,8 @@ impl<'a> Progressive<'a> {
         let (columns, rows) = samples.columns_and_rows();
         let errors = zeroed(columns as usize * rows as usize, 0.0)?;
         let (plain, hidden) = (errors.clone(), errors.clone());
-        let (costs, sums) = (zeroed(tiles, 0.0)?, vec![Vec::new(); tiles]);
-        Ok(Self { picture, sums, samples, errors, plain, hidden, hides: 1.0, costs, counts })
+        let (costs, stale, sums) = (zeroed(tiles, 0.0)?, zeroed(tiles, false)?, vec![Vec::new(); tiles]);
+        Ok(Self { picture, sums, samples, errors, plain, hidden, hides: 1.0, stale, costs, counts })
     }
 
     /// A number for each block of the picture.
@@ -171,6 +173,11 @@ impl<'a> Progressive<'a> {
             if self.costs[tile] == 0.0 {
                 self.costs[tile] = tally.cost();
             }
+            let (across, down) = self.samples.columns_and_rows();
+            self.stale[tile] = (0..changed.len()).any(|block| {
+                let (x, y) = block_place(place, block);
+                changed[block] == 0 && x < across && y < down
+            });
             for block in (0..changed.len()).filter(|&block| changed[block] > 0) {
                 let (x, y) = block_place(place, block);
                 self.samples.set(x, y, changed[block]);
@@ -195,12 +202,20 @@ impl<'a> Progressive<'a> {
         // From what there is now, not as it came: an edge goes by the pixels beside it, which may have got more samples since.
         let edges = |(tile, sums): (usize, &Vec<[Vec3; 2]>)| {
             let (place, samples) = of_tile(tile);
-            let found = std::array::from_fn(|block| {
-                let (x, y) = block_place(place, block);
-                let is_inside = x < columns && y < rows;
-                if is_inside { self.plain[(y * columns + x) as usize] } else { 0.0 }
-            });
-            (found, picture.hidden(place, sums, (&samples, &samples)))
+            let as_found = |all: &[f64]| {
+                std::array::from_fn(|block| {
+                    let (x, y) = block_place(place, block);
+                    let is_inside = x < columns && y < rows;
+                    if is_inside { all[(y * columns + x) as usize] } else { 0.0 }
+                })
+            };
+            let is_stale = self.stale[tile];
+            let hidden = if is_stale {
+                picture.hidden(place, sums, (&samples, &samples))
+            } else {
+                as_found(&self.hidden)
+            };
+            (as_found(&self.plain), hidden)
         };
         let known: Vec<_> = self.sums.par_iter().enumerate().map(edges).collect();
         let of_edges = |(found, hidden): &(ByBlock<f64>, ByBlock<f64>)| {
