@@ -42,8 +42,6 @@ struct Around {
     /// The least, and the mean above it.
     least: f64,
     mean: f64,
-    /// The mean square above it.
-    square: f64,
     /// The variance of a pixel's mean by its halves.
     noise: f64,
     /// The variance from pixel to pixel.
@@ -109,8 +107,7 @@ impl Halves {
         let count = (window[0].len() * window[1].len()) as f64;
         let mean = sum / count;
         let change = squares / count - mean * mean;
-        let square = change + (mean - least) * (mean - least);
-        Around { least, mean: mean - least, square, noise: noise / count, change }
+        Around { least, mean: mean - least, noise: noise / count, change }
     }
 }
 
@@ -128,13 +125,13 @@ pub(super) fn is_bright([a, b]: [Vec3; 2]) -> bool {
 impl Around {
     /// How bright the light is that samples meet by chance, so many of each pixel.
     fn light(&self, samples: u32) -> f64 {
-        (self.square + f64::from(samples) * self.noise) / self.mean
+        (self.change + self.mean * self.mean + f64::from(samples) * self.noise) / self.mean
     }
 
     /// The mean squared error of a pixel of so many samples, which meet a `light` by chance; none where its own halves tell as
     /// well, or better.
     fn error(&self, samples: u32, light: f64) -> Option<f64> {
-        let Self { least, mean, noise, change, .. } = *self;
+        let Self { least, mean, noise, change } = *self;
         let is_chance = noise > 0.0 && noise.is_finite() && mean > 1e-6 && change <= SHAPE * noise;
         let room = (1.0 - least).clamp(0.0, 1.0);
         if !is_chance || mean + 8.0 * noise.sqrt() < room {

@@ -190,18 +190,18 @@ impl Shown {
 #[inline(always)]
 fn show<S: Simd>(simd: S, shown: &mut Shown, scales: &ByBlock<f32>) {
     let (zero, one) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, 1.0));
-    let height = shown.size[1];
-    for channel in &mut shown.channels {
-        for (y, row) in channel[1..=height].iter_mut().enumerate() {
-            for x in (0..TILE as usize).step_by(LANES) {
-                let mut scale = [0.0; LANES];
-                for (lane, scale) in scale.iter_mut().enumerate() {
-                    *scale = scales[y / BLOCK as usize * BLOCKS as usize + (x + lane) / BLOCK as usize];
-                }
-                let light = f32x16::from_slice(simd, &row[x + 1..x + 1 + LANES]);
-                let light = light * f32x16::load_array(simd, scale);
+    for y in 0..shown.size[1] {
+        for x in (0..TILE as usize).step_by(LANES) {
+            let mut scale = [0.0; LANES];
+            for (lane, scale) in scale.iter_mut().enumerate() {
+                *scale = scales[y / BLOCK as usize * BLOCKS as usize + (x + lane) / BLOCK as usize];
+            }
+            let scale = f32x16::load_array(simd, scale);
+            for channel in &mut shown.channels {
+                let row = &mut channel[y + 1][x + 1..x + 1 + LANES];
+                let light = f32x16::from_slice(simd, row) * scale;
                 let light = light.simd_gt(zero).select(light, zero);
-                light.simd_lt(one).select(light, one).store_slice(&mut row[x + 1..x + 1 + LANES]);
+                light.simd_lt(one).select(light, one).store_slice(row);
             }
         }
     }

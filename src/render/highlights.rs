@@ -16,6 +16,7 @@ use crate::picture::BLOCK;
 use crate::raster::TILE;
 use crate::raster::bounds::Frustum;
 use crate::raster::view::View;
+use crate::sampling::ApertureShape;
 use crate::scene::Scene;
 use crate::shade::Sight;
 use fearless_simd::Level;
@@ -67,7 +68,7 @@ impl Highlights {
     /// `samples` at least. What stands before a light that few samples meet keeps its part away.
     pub(super) fn new(
         scene: &Scene,
-        view: &View,
+        (view, shape): (&View, &ApertureShape),
         positions: &[DVec3],
         (samples, gain): (u32, f32),
         disks: &[Disk],
@@ -101,11 +102,11 @@ impl Highlights {
                 Some((t, area, Spread::of([pa, pb, pc]).over(blur(view, positions[a], pa))))
             })
             .collect();
-        let free = free(level, scene, view, positions, &small, samples);
-        for (at, &(t, area, blurred)) in small.iter().enumerate() {
+        let free = free(level, scene, (view, shape), positions, &small, samples);
+        for (&(t, area, blurred), free) in small.iter().zip(free) {
             let radiance = light_of(t).as_dvec3();
             let own = surfaces.materials[surfaces.attributes[t].material as usize].coverage;
-            let free = free.get(at).copied().unwrap_or(1.0) * f64::from(own);
+            let free = free * f64::from(own);
             for disk in disks {
                 let spread = blurred.over([DVec2::X * disk.reach.x, DVec2::Y * disk.reach.y]);
                 let share = (area * disk.share / spread.area()).min(1.0) * free;
@@ -204,12 +205,12 @@ impl Picture<'_> {
     }
 }
 
-/// The parts of the light of these triangles that nothing keeps from the lens; none where all of it arrives, or so many are too
-/// small to be met often that they would take longer than the picture.
+/// The parts of the light of these triangles that nothing keeps from the lens; all where so many are too small to be met often
+/// that it would take longer than the picture.
 fn free(
     level: Level,
     scene: &Scene,
-    view: &View,
+    (view, shape): (&View, &ApertureShape),
     positions: &[DVec3],
     small: &[(usize, f64, Spread)],
     samples: u32,
@@ -218,13 +219,12 @@ fn free(
         |(_, area, spread): &(usize, f64, Spread)| f64::from(samples) * area < ENOUGH * spread.area();
     let rare = small.iter().filter(|light| is_rare(light)).count();
     if rare == 0 || rare > MOST_RARE {
-        return Vec::new();
+        return vec![1.0; small.len()];
     }
-    let sight = Sight::new(&scene.surfaces, positions, view.near);
-    let of = |light: &(usize, f64, Spread)| {
-        if is_rare(light) { sight.free(level, light.0 as u32, view.radius) } else { 1.0 }
-    };
-    small.iter().map(of).collect()
+    let sight = Sight::new(&scene.surfaces, positions, view, shape);
+    let of =
+        |light: &(usize, f64, Spread)| if is_rare(light) { sight.free(level, light.0 as u32) } else { 1.0 };
+    small.par_iter().map(of).collect()
 }
 
 /// The most light that comes from each material: its own, and what of sun and sky it gives back.

@@ -151,7 +151,7 @@ impl<'a> Picture<'a> {
         let gain = libm::exp2(scene.render.exposure_ev) as f32;
         let disks = diffraction.as_ref().map(|diffraction| diffraction.disks(&view));
         let disks = disks.as_ref().map_or(&ONE_PLACE[..], |disks| &disks[..]);
-        let highlights = Highlights::new(scene, &view, positions, (streams, gain), disks, level);
+        let highlights = Highlights::new(scene, (&view, &shape), positions, (streams, gain), disks, level);
         Ok(Self {
             surfaces,
             points: Points { set: scene.render.points, shape, seed },

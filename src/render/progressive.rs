@@ -164,7 +164,7 @@ impl<'a> Progressive<'a> {
 
     /// Adds what was drawn of each tile.
     fn take(&mut self, drawn: Vec<Option<Drawn>>) {
-        let (columns, _) = self.samples.columns_and_rows();
+        let (columns, rows) = self.samples.columns_and_rows();
         for (tile, drawn) in drawn.into_iter().enumerate() {
             let (Some(drawn), place) = (drawn, self.picture.place(tile)) else { continue };
             let Drawn { tally, changed, errors, plain, hidden } = drawn;
@@ -173,10 +173,9 @@ impl<'a> Progressive<'a> {
             if self.costs[tile] == 0.0 {
                 self.costs[tile] = tally.cost();
             }
-            let (across, down) = self.samples.columns_and_rows();
             self.stale[tile] = (0..changed.len()).any(|block| {
                 let (x, y) = block_place(place, block);
-                changed[block] == 0 && x < across && y < down
+                changed[block] == 0 && x < columns && y < rows
             });
             for block in (0..changed.len()).filter(|&block| changed[block] > 0) {
                 let (x, y) = block_place(place, block);

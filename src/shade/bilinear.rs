@@ -4,7 +4,7 @@
 //! side in memory. One generic source for every SIMD level, product and sum apart, so the same bits.
 
 use super::filter::Choice;
-use super::gather::{total, wrap};
+use super::gather::{FULL, texel, total, wrap};
 use crate::raster::LANES;
 use fearless_simd::{
     Simd, SimdBase, SimdCvtFloat, SimdFloat, SimdMask, SimdSplit, f32x8, f32x16, i32x8, u32x16,
@@ -58,9 +58,8 @@ impl<'a, S: Simd> Between<'a, S> {
             return [self.sum(halves[0]), self.sum(halves[1])];
         }
         // All between the same four texels.
-        let four = self.corners(first).map(|place| texel(self.texels, place));
-        let [a, b, c, d] = four.map(|texel| Vec4::from_array(texel.map(f32::from)) * FULL);
-        if four[0] == four[1] && four[0] == four[2] && four[0] == four[3] {
+        let [a, b, c, d] = self.corners(first).map(|place| texel(self.texels, place) * FULL);
+        if a == b && a == c && a == d {
             return halves.map(|half| a * half.count_ones() as f32);
         }
         let [fx, fy] = self.shares;
@@ -152,7 +151,7 @@ impl<'a, S: Simd> Between<'a, S> {
             rest &= rest - 1;
             let corners = self.corners(lane);
             for (alphas, corner) in alphas.iter_mut().zip(corners) {
-                alphas[lane] = f32::from(texel(self.texels, corner)[3]);
+                alphas[lane] = texel(self.texels, corner).w;
             }
         }
         let [a, b, c, d] = [
@@ -182,18 +181,10 @@ fn around_border(first: usize, width: usize, all: usize) -> [usize; 4] {
 #[inline(never)]
 fn across(texels: &[[u16; 4]], width: usize, first: usize, shares: [f32; 2]) -> Vec4 {
     let places = around_border(first, width, texels.len());
-    let [a, b, c, d] = places.map(|place| Vec4::from_array(texel(texels, place).map(f32::from)));
+    let [a, b, c, d] = places.map(|place| texel(texels, place));
     let (left, right) = (a + (c - a) * shares[1], b + (d - b) * shares[1]);
     left + (right - left) * shares[0]
 }
-
-#[inline(always)]
-fn texel(texels: &[[u16; 4]], place: usize) -> [u16; 4] {
-    texels.get(place).copied().unwrap_or_default()
-}
-
-/// A texel's channel as a part of a full one.
-const FULL: f32 = 1.0 / 65535.0;
 
 /// Two texels as numbers, channel by channel.
 #[inline(always)]

@@ -91,7 +91,7 @@ pub(crate) fn each<S: Simd>(
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % LANES;
             rest &= rest - 1;
-            out[lane] = texel(texels, places[lane]) * (1.0 / 65535.0);
+            out[lane] = texel(texels, places[lane] as usize) * FULL;
         }
     } else {
         let between = Between::new(simd, choice, [right, down]);
@@ -114,11 +114,10 @@ pub(super) fn add_each<S: Simd>(
     sums: &mut [Vec4; 2 * LANES],
 ) {
     let texels = &choice.level.texels[..];
-    let full = 1.0 / 65535.0;
     if choice.nearest {
         let places = nearest_texels(simd, choice, right, down);
         for (&place, &owner) in places.iter().zip(owners) {
-            sums[usize::from(owner) % (2 * LANES)] += texel(texels, place) * full;
+            sums[usize::from(owner) % (2 * LANES)] += texel(texels, place as usize) * FULL;
         }
     } else {
         let between = Between::new(simd, choice, [right, down]);
@@ -167,7 +166,7 @@ fn sum(texels: &[[u16; 4]], places: &[u32; LANES], lanes: u16) -> Vec4 {
         }
     }
     // Up to 16 sixteen-bit numbers: exact.
-    Vec4::from_array(sum.map(|sum| sum as f32)) * (1.0 / 65535.0)
+    Vec4::from_array(sum.map(|sum| sum as f32)) * FULL
 }
 
 /// Which of `lanes` look at an opacity of less than a half, interpolated.
@@ -176,10 +175,13 @@ pub(crate) fn holes<S: Simd>(simd: S, choice: Choice<'_>, at: [f32x16<S>; 2], la
     Between::new(simd, choice, at).holes(lanes)
 }
 
+/// A texel's channel as a part of a full one.
+pub(super) const FULL: f32 = 1.0 / 65535.0;
+
 /// A texel, 65535 for full. (Copied before it is looked at, it went through registers for whole numbers.)
 #[inline(always)]
-fn texel(texels: &[[u16; 4]], place: u32) -> Vec4 {
-    match texels.get(place as usize) {
+pub(super) fn texel(texels: &[[u16; 4]], place: usize) -> Vec4 {
+    match texels.get(place) {
         Some(&[r, g, b, a]) => Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a)),
         None => Vec4::ZERO,
     }

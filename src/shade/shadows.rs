@@ -7,7 +7,7 @@
 //! boxes' test. Sixteen rays go down the tree together.
 
 use crate::raster::LANES;
-use crate::scene::{DEPTH, Hierarchy};
+use crate::scene::{DEPTH, Hierarchy, Surfaces};
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, f32x16, mask32x16};
 use glam::{DVec3, Vec3};
@@ -51,12 +51,16 @@ pub(super) type Stops<'a> = dyn Fn(u32, u16, &Weights) -> u16 + 'a;
 
 impl Occluders {
     /// `positions` are in the lens frame; the rows of `sun` are the axes of the sun frame there.
-    pub(crate) fn new(
-        hierarchy: &Hierarchy,
-        triangles: &[[u32; 3]],
-        positions: &[DVec3],
-        sun: [DVec3; 3],
-    ) -> Self {
+    pub(crate) fn new(surfaces: &Surfaces, positions: &[DVec3], sun: [DVec3; 3]) -> Self {
+        let made;
+        let hierarchy = match &surfaces.hierarchy {
+            Some(hierarchy) => hierarchy,
+            None => {
+                made = Hierarchy::new(surfaces);
+                &made
+            }
+        };
+        let triangles = &surfaces.triangles;
         let turned: Vec<[f32; 3]> =
             positions.par_iter().map(|&p| sun.map(|axis| axis.dot(p) as f32)).collect();
         let occluders: Vec<Occluder> = hierarchy

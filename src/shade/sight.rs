@@ -4,9 +4,11 @@
 
 use super::shadows::{Occluders, SunRays, Weights};
 use crate::raster::LANES;
-use crate::scene::{Hierarchy, Surfaces};
+use crate::raster::view::View;
+use crate::sampling::{self, ApertureShape, PointSet};
+use crate::scene::Surfaces;
 use fearless_simd::Level;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::cell::Cell;
 
 /// A scene as lights see it that shine at the lens.
@@ -16,35 +18,36 @@ pub(crate) struct Sight<'a> {
     positions: &'a [DVec3],
     /// In a frame whose `z` points from the scene to the lens, where it is 0.
     occluders: Occluders,
+    /// Points of the lens, metres.
+    lens: [DVec2; LANES],
     /// Nothing nearer is seen.
     near: f64,
 }
 
 impl<'a> Sight<'a> {
-    /// `positions` are in the lens frame, and nothing nearer than `near` is seen; metres.
-    pub(crate) fn new(surfaces: &'a Surfaces, positions: &'a [DVec3], near: f64) -> Self {
-        let made;
-        let hierarchy = match &surfaces.hierarchy {
-            Some(hierarchy) => hierarchy,
-            None => {
-                made = Hierarchy::new(surfaces);
-                &made
-            }
-        };
-        let axes = [DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z];
-        let occluders = Occluders::new(hierarchy, &surfaces.triangles, positions, axes);
-        Self { surfaces, positions, occluders, near }
+    /// `positions` are in the lens frame of `view`, whose aperture has this shape.
+    pub(crate) fn new(
+        surfaces: &'a Surfaces,
+        positions: &'a [DVec3],
+        view: &View,
+        shape: &ApertureShape,
+    ) -> Self {
+        let occluders = Occluders::new(surfaces, positions, [DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z]);
+        let stream = sampling::pixel_stream(0, 0, LANES as u32);
+        let lens = std::array::from_fn(|i| {
+            let [u, v] = sampling::sample_of(PointSet::Sobol, shape, 0, stream, i as u32).lens;
+            DVec2::new(f64::from(u), f64::from(v)) * view.radius
+        });
+        Self { surfaces, positions, occluders, lens, near: view.near }
     }
 
-    /// The part of the light of a `triangle`'s middle that arrives at a lens of this radius, metres. Surfaces with holes are taken to
-    /// let it pass.
-    pub(crate) fn free(&self, level: Level, triangle: u32, radius: f64) -> f64 {
+    /// The part of the light of a `triangle`'s middle that arrives at the lens. Surfaces with holes are taken to let it pass.
+    pub(crate) fn free(&self, level: Level, triangle: u32) -> f64 {
         let corners = self.surfaces.triangles[triangle as usize].map(|i| self.positions[i as usize]);
         let from = (corners[0] + corners[1] + corners[2]) / 3.0;
         let mut rays = SunRays::default();
-        for lane in 0..LANES {
-            let (u, v) = lens_point(lane);
-            let slope = [(radius * u - from.x) / from.z, (from.y - radius * v) / from.z];
+        for (lane, to) in self.lens.iter().enumerate() {
+            let slope = [(to.x - from.x) / from.z, (from.y - to.y) / from.z];
             for (axis, value) in [from.x, -from.y, -from.z].into_iter().enumerate() {
                 rays.from[axis][lane] = value as f32;
             }
@@ -85,12 +88,4 @@ impl<'a> Sight<'a> {
         }
         solid
     }
-}
-
-/// Sixteen points spread evenly over a lens, in fractions of its radius (Vogel 1979: turned by the golden angle).
-fn lens_point(i: usize) -> (f64, f64) {
-    let golden = std::f64::consts::PI * (3.0 - 5.0f64.sqrt());
-    let (sine, cosine) = libm::sincos(golden * i as f64);
-    let radius = ((i as f64 + 0.5) / LANES as f64).sqrt();
-    (radius * cosine, radius * sine)
 }

@@ -4,7 +4,7 @@ use super::filter::Choice;
 use super::shadows::{Occluders, SunRays, Weights};
 use crate::raster::LANES;
 use crate::sampling::{chance, hash};
-use crate::scene::{Hierarchy, Material, NONE, Sun, Surfaces};
+use crate::scene::{Material, NONE, Sun, Surfaces};
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, f32x16};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
@@ -54,15 +54,7 @@ impl<'a> ShadowSun<'a> {
         let toward = crate::camera::unit(lens_from_world(sun.toward))?;
         let (x, y) = toward.any_orthonormal_pair();
         let axes = [x, y, toward];
-        let made;
-        let hierarchy = match &surfaces.hierarchy {
-            Some(hierarchy) => hierarchy,
-            None => {
-                made = Hierarchy::new(surfaces);
-                &made
-            }
-        };
-        let occluders = Occluders::new(hierarchy, &surfaces.triangles, positions, axes);
+        let occluders = Occluders::new(surfaces, positions, axes);
         let half = libm::sin(0.25 * sun.angular_diameter.as_radians());
         Some(Self { surfaces, positions, occluders, axes, spread: (2.0 * half * half) as f32 })
     }
