@@ -169,8 +169,9 @@ fn signals_while_loading_rendering_and_writing_leave_nothing() {
     let (_keep, folder) = textured();
     let before = names(&folder);
     for name in ["-INT", "-TERM", "-HUP"] {
-        // A tile at a time, for minutes.
-        signal(&folder, &["render", "scene.toml", "-o", "o.png", "--samples", "400000"], 300, name);
+        // Tiles of a quarter of a second each, for a minute.
+        let long = ["render", "scene.toml", "-o", "o.png", "--width", "512", "--samples", "400000"];
+        signal(&folder, &long, 300, name);
     }
     // Writing takes seconds.
     let big = ["render", "scene.toml", "-o", "o.exr", "--samples", "1", "--width", "6000"];
