@@ -12,7 +12,7 @@ use super::film::TileFilm;
 use super::setup::{Bilinear, Block};
 use super::tile::Spans;
 use super::view::Batch;
-use super::visibility::Visibility;
+use super::visibility::{PATIENCE, Visibility};
 use super::{LANES, TILE, regions, scatter};
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16};
@@ -80,7 +80,7 @@ fn cover_all<S: Simd>(
     seen: &mut Visibility,
     opaque: &Opaque<'_>,
 ) {
-    seen.raise_floor(simd);
+    seen.raise_floor(simd, 1);
     let floor = f32x16::load_array_ref(simd, &seen.floor);
     let live = mask32x16::from_bitmask(simd, u64::from(batch.live));
     let floor = live.select(floor, f32x16::splat(simd, f32::INFINITY)).reduce_min();
@@ -136,7 +136,7 @@ fn cover_one<S: Simd>(
     // Edge-on for this lens point: no sample of the lane can meet it.
     let live = mask32x16::from_bitmask(simd, u64::from(batch.live)) & distance.simd_ne(zero);
     let z = at_lens(simd, &block.facing, lane, batch, one / distance);
-    seen.raise_floor(simd);
+    seen.raise_floor(simd, PATIENCE);
     let floor = f32x16::load_array_ref(simd, &seen.floor);
     let live = live & nearest(simd, z, step, spans.blocks[lane]).simd_gt(floor);
     if !live.any_true() {
