@@ -70,8 +70,9 @@ pub(super) fn found_and_hidden(blocks: impl IntoIterator<Item = (f64, f64)>) -> 
 }
 
 impl Picture<'_> {
-    /// What the edges of the blocks with `samples` (of all, and of those that count) may hide at most: squared errors.
-    pub(super) fn hidden(
+    /// The squared contrasts of the edges in the blocks with `samples` (of all, and of those that count): what these may hide is
+    /// as much times [`Self::missed`].
+    pub(super) fn contrasts(
         &self,
         (tx, ty): (u32, u32),
         sums: &[[Vec3; 2]],
@@ -80,16 +81,24 @@ impl Picture<'_> {
         let size =
             [self.view.width - tx * TILE, self.view.height - ty * TILE].map(|size| size.min(TILE) as usize);
         let tile = Shown::new(self.level, size, sums, &all.map(|n| self.gain / n.max(1) as f32));
-        std::array::from_fn(|block| {
-            let n = f64::from(changed[block]);
-            let contrasts = if n < 2.0 { 0.0 } else { tile.contrasts(block) };
-            if contrasts == 0.0 {
-                return 0.0;
-            }
-            let missed =
-                if self.view.radius > 0.0 { BLURRED / libm::pow(n, 4.0 / 3.0) } else { SHARP / (n * n) };
-            missed * contrasts
-        })
+        std::array::from_fn(|block| if changed[block] < 2 { 0.0 } else { tile.contrasts(block) })
+    }
+
+    /// The squared error that `samples` make of an edge at most, as a part of its squared contrast.
+    pub(super) fn missed(&self, samples: u32) -> f64 {
+        let n = f64::from(samples.max(1));
+        if self.view.radius > 0.0 { BLURRED / libm::pow(n, 4.0 / 3.0) } else { SHARP / (n * n) }
+    }
+
+    /// What edges may hide in blocks of so many samples: squared errors.
+    pub(super) fn hidden(
+        &self,
+        tile: (u32, u32),
+        sums: &[[Vec3; 2]],
+        samples: &ByBlock<u32>,
+    ) -> ByBlock<f64> {
+        let contrasts = self.contrasts(tile, sums, (samples, samples));
+        std::array::from_fn(|block| self.missed(samples[block]) * contrasts[block])
     }
 }
 

@@ -3,7 +3,7 @@
 //! What a block shows depends on its number of samples alone, so a list of these numbers makes the picture again.
 
 use super::allocate::{Block, Forecast};
-use super::draw::{SetUp, TILES_AT_ONCE};
+use super::draw::TILES_AT_ONCE;
 use super::edges;
 use super::picture::Picture;
 use super::resolve::{BLOCKS, ByBlock, block_place};
@@ -18,6 +18,15 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+/// How much edges err by what was seen.
+#[derive(Clone, Copy)]
+pub(super) struct EdgesErr {
+    /// As a part of what they may: see [`edges::share`].
+    pub share: f64,
+    /// So much that the first round looks for them before it gives out samples.
+    pub is_much: bool,
+}
+
 /// The picture as far as it is.
 pub(super) struct Progressive<'a> {
     pub picture: &'a Picture<'a>,
@@ -28,8 +37,9 @@ pub(super) struct Progressive<'a> {
     /// These by the word of the samples alone, by which forecasts go, and what edges may hide.
     pub plain: Vec<f64>,
     pub hidden: Vec<f64>,
-    /// How much edges err, as a part of what they may: see [`edges::share`].
-    pub hides: f64,
+    /// The errors after the first run.
+    first: Vec<f64>,
+    pub edges: EdgesErr,
     /// Tiles of which some blocks got samples after what edges hide in the others was found.
     stale: Vec<bool>,
     /// What a sample takes in each tile, as its first run found: see [`allocate::cost`].
@@ -45,9 +55,21 @@ impl<'a> Progressive<'a> {
         zeroed(tiles * (TILE * TILE) as usize, [[0.0f32; 3]; 3])?;
         let (columns, rows) = samples.columns_and_rows();
         let errors = zeroed(columns as usize * rows as usize, 0.0)?;
-        let (plain, hidden) = (errors.clone(), errors.clone());
+        let (plain, hidden, first) = (errors.clone(), errors.clone(), errors.clone());
         let (costs, stale, sums) = (zeroed(tiles, 0.0)?, zeroed(tiles, false)?, vec![Vec::new(); tiles]);
-        Ok(Self { picture, sums, samples, errors, plain, hidden, hides: 1.0, stale, costs, counts })
+        Ok(Self {
+            picture,
+            sums,
+            samples,
+            errors,
+            plain,
+            hidden,
+            first,
+            edges: EdgesErr { share: 1.0, is_much: true },
+            stale,
+            costs,
+            counts,
+        })
     }
 
     /// A number for each block of the picture.
@@ -95,7 +117,7 @@ impl<'a> Progressive<'a> {
         execution: &Execution<'_>,
         late: &(dyn Fn() -> bool + Sync),
     ) -> Result<()> {
-        self.draw(wanted, None, execution, late).map(|_| ())
+        self.draw(wanted, None, execution, late)
     }
 
     /// Gives each block the first run and, while its tile's triangles are set up, what `forecast` says from there. Tells what
@@ -106,7 +128,10 @@ impl<'a> Progressive<'a> {
         execution: &Execution<'_>,
     ) -> Result<Vec<Block>> {
         let wanted = vec![self.samples.base(); self.errors.len()];
-        self.draw(&wanted, Some(forecast), execution, &|| false)
+        self.draw(&wanted, Some(forecast), execution, &|| false)?;
+        let after_first =
+            |(block, &error): (Block, &f64)| Block { samples: self.samples.base(), error, ..block };
+        Ok(self.blocks().into_iter().zip(&self.first).map(after_first).collect())
     }
 
     fn draw(
@@ -115,13 +140,13 @@ impl<'a> Progressive<'a> {
         forecast: Option<&Forecast>,
         execution: &Execution<'_>,
         late: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Vec<Block>> {
+    ) -> Result<()> {
         let (columns, _) = self.samples.columns_and_rows();
-        let (picture, samples, hides) = (self.picture, &self.samples, self.hides);
+        let (picture, samples, edges, costs) = (self.picture, &self.samples, self.edges, &self.costs);
         let finished = AtomicUsize::new(0);
         let tiles = self.sums.len();
         let stop = || cancelled(execution) || late();
-        let results: Vec<[Option<Drawn>; 2]> = self
+        let drawn: Vec<Option<Drawn>> = self
             .sums
             .par_iter_mut()
             .enumerate()
@@ -132,7 +157,7 @@ impl<'a> Progressive<'a> {
                     let mut round = TileRound::new(
                         picture,
                         tile,
-                        (samples, hides),
+                        (samples, edges, costs[tile]),
                         (scratch.get(), sums),
                         execution,
                         &stop,
@@ -140,26 +165,19 @@ impl<'a> Progressive<'a> {
                     let now = round.by_block(|x, y| samples.get(x, y));
                     let then =
                         round.by_block(|x, y| wanted[(y * columns + x) as usize].max(samples.get(x, y)));
-                    let set_up = if forecast.is_some() { SetUp::Ahead } else { SetUp::Now };
-                    let first = round.draw(now, then, set_up);
-                    let second = forecast.zip(first.as_ref());
-                    let second = second.and_then(|(forecast, first)| round.go_on(first, forecast));
+                    let drawn = round.draw(now, then, forecast);
                     if let Some(progress) = execution.progress {
                         progress(finished.fetch_add(1, Ordering::Relaxed) + 1, tiles);
                     }
-                    [first, second]
+                    drawn
                 },
             )
             .collect();
         if cancelled(execution) {
             return Err(stopped());
         }
-        let (first, second): (Vec<_>, Vec<_>) =
-            results.into_iter().map(|[first, second]| (first, second)).unzip();
-        self.take(first);
-        let between = if forecast.is_some() { self.blocks() } else { Vec::new() };
-        self.take(second);
-        Ok(between)
+        self.take(drawn);
+        Ok(())
     }
 
     /// Adds what was drawn of each tile.
@@ -167,11 +185,12 @@ impl<'a> Progressive<'a> {
         let (columns, rows) = self.samples.columns_and_rows();
         for (tile, drawn) in drawn.into_iter().enumerate() {
             let (Some(drawn), place) = (drawn, self.picture.place(tile)) else { continue };
-            let Drawn { tally, changed, errors, plain, hidden } = drawn;
+            let Drawn { tally, cost, changed, errors, first, plain, hidden } = drawn;
             self.counts.shading_requests += tally.requests;
             self.counts.stages.add(&tally.stages);
-            if self.costs[tile] == 0.0 {
-                self.costs[tile] = tally.cost();
+            let is_first = self.costs[tile] == 0.0;
+            if is_first {
+                self.costs[tile] = cost;
             }
             self.stale[tile] = (0..changed.len()).any(|block| {
                 let (x, y) = block_place(place, block);
@@ -183,6 +202,9 @@ impl<'a> Progressive<'a> {
                 let at = (y * columns + x) as usize;
                 (self.errors[at], self.plain[at], self.hidden[at]) =
                     (errors[block], plain[block], hidden[block]);
+                if is_first {
+                    self.first[at] = first[block];
+                }
             }
         }
     }
@@ -209,11 +231,8 @@ impl<'a> Progressive<'a> {
                 })
             };
             let is_stale = self.stale[tile];
-            let hidden = if is_stale {
-                picture.hidden(place, sums, (&samples, &samples))
-            } else {
-                as_found(&self.hidden)
-            };
+            let hidden =
+                if is_stale { picture.hidden(place, sums, &samples) } else { as_found(&self.hidden) };
             (as_found(&self.plain), hidden)
         };
         let known: Vec<_> = self.sums.par_iter().enumerate().map(edges).collect();

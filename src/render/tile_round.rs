@@ -6,6 +6,7 @@ use super::allocate::{Block, Forecast, TileBlocks, cost};
 use super::draw::{SetUp, Step, Tally, TileScratch};
 use super::pattern::Splits;
 use super::picture::Picture;
+use super::progressive::EdgesErr;
 use super::resolve::{BLOCKS, ByBlock};
 use super::stages::Stopwatch;
 use crate::picture::{BLOCK, BlockSamples};
@@ -21,8 +22,9 @@ pub(super) struct TileRound<'a> {
     size: (u32, u32),
     /// The samples of the first run.
     base: u32,
-    /// How much edges err, as a part of what they may.
-    hides: f64,
+    edges: EdgesErr,
+    /// What a sample takes, 0 before the first run: see [`cost`].
+    cost: f64,
     scratch: &'a mut TileScratch,
     sums: &'a mut Vec<[Vec3; 2]>,
     execution: &'a Execution<'a>,
@@ -32,18 +34,36 @@ pub(super) struct TileRound<'a> {
 /// What was drawn in a tile.
 pub(super) struct Drawn {
     pub tally: Tally,
-    /// The numbers of samples of the blocks that got more, and their errors.
+    /// What a sample of its first run takes: see [`cost`].
+    pub cost: f64,
+    /// The numbers of samples of the blocks that got more, and their errors; what these were after the first run.
     pub changed: ByBlock<u32>,
     pub errors: ByBlock<f64>,
+    pub first: ByBlock<f64>,
     /// These by the word of the samples alone, and what edges may hide.
     pub plain: ByBlock<f64>,
     pub hidden: ByBlock<f64>,
 }
 
+/// What runs came to: which blocks got how many samples, and their errors by the word of these.
+struct Runs {
+    tally: Tally,
+    changed: ByBlock<u32>,
+    plain: ByBlock<f64>,
+}
+
 impl Tally {
     /// What a sample takes: see [`cost`].
-    pub(super) fn cost(&self) -> f64 {
+    fn cost(&self) -> f64 {
         cost(self.samples, self.requests, self.triangles)
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.requests += other.requests;
+        self.samples += other.samples;
+        self.triangles += other.triangles;
+        self.unseen_light += other.unseen_light;
+        self.stages.add(&other.stages);
     }
 }
 
@@ -58,7 +78,7 @@ impl<'a> TileRound<'a> {
     pub(super) fn new(
         picture: &'a Picture<'a>,
         tile: usize,
-        (samples, hides): (&BlockSamples, f64),
+        (samples, edges, cost): (&BlockSamples, EdgesErr, f64),
         (scratch, sums): (&'a mut TileScratch, &'a mut Vec<[Vec3; 2]>),
         execution: &'a Execution<'a>,
         stop: &'a dyn Fn() -> bool,
@@ -67,7 +87,19 @@ impl<'a> TileRound<'a> {
         let corner = (tile.0 * BLOCKS, tile.1 * BLOCKS);
         let (columns, rows) = samples.columns_and_rows();
         let size = (BLOCKS.min(columns - corner.0), BLOCKS.min(rows - corner.1));
-        Self { picture, tile, corner, size, base: samples.base(), hides, scratch, sums, execution, stop }
+        Self {
+            picture,
+            tile,
+            corner,
+            size,
+            base: samples.base(),
+            edges,
+            cost,
+            scratch,
+            sums,
+            execution,
+            stop,
+        }
     }
 
     /// The blocks that lie in the picture, row by row: their numbers in the tile, and their columns and rows in the picture.
@@ -84,8 +116,58 @@ impl<'a> TileRound<'a> {
         all
     }
 
-    /// Draws the runs that lead the blocks from `now` to `then` samples, as far as there is time.
-    pub(super) fn draw(&mut self, now: ByBlock<u32>, then: ByBlock<u32>, set_up: SetUp) -> Option<Drawn> {
+    /// Draws the runs that lead the blocks from `now` to `then` samples, as far as there is time; with a `forecast` also those
+    /// that it says from there, with the triangles that were set up for the first.
+    pub(super) fn draw(
+        &mut self,
+        now: ByBlock<u32>,
+        then: ByBlock<u32>,
+        forecast: Option<&Forecast>,
+    ) -> Option<Drawn> {
+        let set_up = if forecast.is_some() { SetUp::Ahead } else { SetUp::Now };
+        let (first, set_up) = match self.runs(now, then, set_up) {
+            Some(first) => (first, SetUp::Before),
+            // Tiles of the pilot have their first run.
+            None if forecast.is_some() && now == then && self.cost > 0.0 => (self.seen(now), SetUp::Now),
+            None => return None,
+        };
+        let Runs { mut tally, changed: begun, plain: first } = first;
+        let (mut changed, mut plain) = (begun, first);
+        let cost = if self.cost > 0.0 { self.cost } else { tally.cost() };
+        if let Some(forecast) = forecast {
+            let picture = self.picture;
+            let much = self.edges.is_much.then(|| picture.hidden(self.tile, self.sums, &begun));
+            let found = self.errors(&begun, &first, &much.unwrap_or_default());
+            let wanted = self.forecast(forecast, &begun, &found, cost);
+            if let Some(more) = self.runs(begun, wanted, set_up) {
+                tally.add(&more.tally);
+                for block in (0..changed.len()).filter(|&block| more.changed[block] > 0) {
+                    (changed[block], plain[block]) = (more.changed[block], more.plain[block]);
+                }
+            }
+        }
+        // From all that is there now. (Found after the first run of every picture it took 2 % of the city's time.)
+        let mut watch = Stopwatch::start(self.execution.clock);
+        let reached = std::array::from_fn(|block| now[block].max(changed[block]));
+        let contrasts = self.picture.contrasts(self.tile, self.sums, (&reached, &changed));
+        let hidden = |samples: &ByBlock<u32>| {
+            std::array::from_fn(|block| self.picture.missed(samples[block]) * contrasts[block])
+        };
+        let (first, hidden) = (self.errors(&begun, &first, &hidden(&begun)), hidden(&changed));
+        let errors = self.errors(&changed, &plain, &hidden);
+        watch.lap(&mut tally.stages.resolve);
+        Some(Drawn { tally, cost, changed, errors, first, plain, hidden })
+    }
+
+    /// The errors of blocks with `samples`: by the word of these, and what edges and lights may hide.
+    fn errors(&self, samples: &ByBlock<u32>, plain: &ByBlock<f64>, hidden: &ByBlock<f64>) -> ByBlock<f64> {
+        let mut errors = std::array::from_fn(|block| plain[block].max(self.edges.share * hidden[block]));
+        self.picture.raise_unseen(self.tile, self.sums, samples, &mut errors);
+        errors
+    }
+
+    /// Draws such runs, and resolves what they change.
+    fn runs(&mut self, now: ByBlock<u32>, then: ByBlock<u32>, set_up: SetUp) -> Option<Runs> {
         let steps = steps(self.base, now, then);
         if steps.is_empty() || (self.stop)() {
             return None;
@@ -100,28 +182,35 @@ impl<'a> TileRound<'a> {
             reached if reached > now[block] => reached,
             _ => 0,
         });
-        let plain = picture.resolve(self.tile, self.sums, &changed, None);
-        let reached: ByBlock<u32> = std::array::from_fn(|block| now[block].max(changed[block]));
-        let hidden = picture.hidden(self.tile, self.sums, (&reached, &changed));
-        let mut errors = std::array::from_fn(|block| plain[block].max(self.hides * hidden[block]));
-        picture.raise_unseen(self.tile, self.sums, &changed, &mut errors);
+        let Runs { plain, .. } = self.seen(changed);
         watch.lap(&mut tally.stages.resolve);
-        Some(Drawn { tally, changed, errors, plain, hidden })
+        Some(Runs { tally, changed, plain })
     }
 
-    /// Goes on from what was drawn as far as `forecast` says, with the triangles that were set up for that.
-    pub(super) fn go_on(&mut self, first: &Drawn, forecast: &Forecast) -> Option<Drawn> {
-        let cost = first.tally.cost();
+    /// What was found of blocks that have `samples`.
+    fn seen(&self, samples: ByBlock<u32>) -> Runs {
+        let plain = self.picture.resolve(self.tile, self.sums, &samples, None);
+        Runs { tally: Tally::default(), changed: samples, plain }
+    }
+
+    /// How many samples the forecast gives the blocks, by what was found of them.
+    fn forecast(
+        &self,
+        forecast: &Forecast,
+        samples: &ByBlock<u32>,
+        errors: &ByBlock<f64>,
+        cost: f64,
+    ) -> ByBlock<u32> {
         let of_block = |(block, (x, y)): (usize, (u32, u32))| Block {
             pixels: self.picture.block_pixels(x, y),
-            samples: first.changed[block],
-            error: first.errors[block],
+            samples: samples[block],
+            error: errors[block],
             cost,
         };
         let tile = TileBlocks::new(self.blocks().map(of_block).collect(), self.size.0 as usize);
-        let mut then = first.changed;
-        self.blocks().zip(forecast.wanted(&tile)).for_each(|((block, _), wanted)| then[block] = wanted);
-        self.draw(first.changed, then, SetUp::Before)
+        let mut wanted = *samples;
+        self.blocks().zip(forecast.wanted(&tile)).for_each(|((block, _), then)| wanted[block] = then);
+        wanted
     }
 }
 
