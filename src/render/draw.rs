@@ -2,6 +2,7 @@
 
 use super::pattern::{Splits, pattern};
 use super::picture::{Picture, patch};
+use super::resolve::Sum;
 use super::stages::{Stages, Stopwatch};
 use crate::raster::film::TileFilm;
 use crate::raster::tile::{Geometry, Part};
@@ -11,7 +12,7 @@ use crate::raster::{self, BATCHES, LANES, TILE};
 use crate::sampling;
 use crate::sampling::runs::Run;
 use crate::shade::{LaneSums, Look, Rays, Samples, SunSamples};
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec2, Vec4};
 use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::Mutex;
@@ -127,14 +128,14 @@ impl Picture<'_> {
         Borrowed { scratch, idle: &self.idle }
     }
 
-    /// Draws the samples of `steps` in one tile and adds them to `sums`: of the even and the odd samples of each pixel, in
-    /// the order of the batches. Tells how many steps were done before `stop` said so; of the next nothing is left.
+    /// Draws the samples of `steps` in one tile and adds them to `sums`, in the order of the batches; whatever these were
+    /// before the first sample. Tells how many steps were done before `stop` said so; of the next nothing is left.
     pub(super) fn draw_tile(
         &self,
         scratch: &mut TileScratch,
         tile: (u32, u32),
         (steps, set_up): (&[Step], SetUp),
-        sums: &mut Vec<[Vec3; 2]>,
+        sums: &mut [Sum],
         mut watch: Stopwatch<'_>,
         stop: &dyn Fn() -> bool,
     ) -> (Tally, usize) {
@@ -157,7 +158,6 @@ impl Picture<'_> {
             focal_length: self.view.focal_length as f32,
             radius: self.view.radius as f32,
         };
-        sums.resize((TILE * TILE) as usize, [Vec3::ZERO; 2]);
         let part = Part {
             tile,
             block,
@@ -169,7 +169,11 @@ impl Picture<'_> {
         for (done, step) in steps.iter().enumerate() {
             drawn.resize(sums.len(), [Vec4::ZERO; 2]);
             each_wanted(step.wanted & !held, sums, drawn, |sums, drawn| {
-                *drawn = sums.map(|half| half.extend(0.0));
+                *drawn = if step.run.first == 0 {
+                    [Vec4::ZERO; 2]
+                } else {
+                    sums.map(|[r, g, b]| Vec4::new(r, g, b, 0.0))
+                };
             });
             held |= step.wanted;
             let mut pattern =
@@ -256,7 +260,9 @@ impl Picture<'_> {
                 }
                 watch.lap(&mut tally.stages.shading);
             }
-            each_wanted(step.wanted, sums, drawn, |sums, drawn| *sums = drawn.map(Vec4::truncate));
+            each_wanted(step.wanted, sums, drawn, |sums, drawn| {
+                *sums = drawn.map(|half| half.truncate().to_array())
+            });
         }
         (tally, steps.len())
     }

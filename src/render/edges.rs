@@ -9,12 +9,11 @@
 //! of which scrambled nets miss about `c^2 n^(-4/3)` times a constant (Owen 1997, for three dimensions), found by measuring.
 
 use super::picture::Picture;
-use super::resolve::{BLOCKS, ByBlock};
+use super::resolve::{BLOCKS, ByBlock, Sum};
 use crate::picture::BLOCK;
 use crate::raster::{LANES, TILE};
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, f32x16};
-use glam::Vec3;
 
 /// The constant for an edge through a lens; and through a pinhole, where it adds up over the two or three rows that count.
 const BLURRED: f64 = 0.08;
@@ -75,7 +74,7 @@ impl Picture<'_> {
     pub(super) fn contrasts(
         &self,
         (tx, ty): (u32, u32),
-        sums: &[[Vec3; 2]],
+        sums: &[Sum],
         (all, changed): (&ByBlock<u32>, &ByBlock<u32>),
     ) -> ByBlock<f64> {
         let size =
@@ -91,12 +90,7 @@ impl Picture<'_> {
     }
 
     /// What edges may hide in blocks of so many samples: squared errors.
-    pub(super) fn hidden(
-        &self,
-        tile: (u32, u32),
-        sums: &[[Vec3; 2]],
-        samples: &ByBlock<u32>,
-    ) -> ByBlock<f64> {
+    pub(super) fn hidden(&self, tile: (u32, u32), sums: &[Sum], samples: &ByBlock<u32>) -> ByBlock<f64> {
         let contrasts = self.contrasts(tile, sums, (samples, samples));
         std::array::from_fn(|block| self.missed(samples[block]) * contrasts[block])
     }
@@ -104,7 +98,7 @@ impl Picture<'_> {
 
 impl Shown {
     /// From the sums of a tile and, for each block, what they are to be multiplied by.
-    fn new(level: Level, [width, height]: [usize; 2], sums: &[[Vec3; 2]], scales: &ByBlock<f32>) -> Self {
+    fn new(level: Level, [width, height]: [usize; 2], sums: &[Sum], scales: &ByBlock<f32>) -> Self {
         let mut all = Self {
             size: [width, height],
             channels: [[[0.0; SIDE]; SIDE]; 3],
@@ -114,7 +108,7 @@ impl Shown {
         for (y, row) in sums.chunks_exact(TILE as usize).enumerate().take(height) {
             let (red, green, blue) = (&mut red[y + 1][1..], &mut green[y + 1][1..], &mut blue[y + 1][1..]);
             for ([a, b], ((red, green), blue)) in row.iter().zip(red.iter_mut().zip(green).zip(blue)) {
-                (*red, *green, *blue) = (a.x + b.x, a.y + b.y, a.z + b.z);
+                (*red, *green, *blue) = (a[0] + b[0], a[1] + b[1], a[2] + b[2]);
             }
         }
         at_level!(level, simd => show(simd, &mut all, scales));
@@ -258,7 +252,7 @@ mod tests {
 
     fn contrasts(value: impl Fn(usize, usize) -> f32) -> f64 {
         let level = SimdLevel::best().level();
-        let sums: Vec<_> = (0..1024).map(|at| [Vec3::splat(value(at % 32, at / 32)), Vec3::ZERO]).collect();
+        let sums: Vec<_> = (0..1024).map(|at| [[value(at % 32, at / 32); 3], [0.0; 3]]).collect();
         let tile = Shown::new(level, [32, 32], &sums, &[1.0; 16]);
         (0..16).map(|block| tile.contrasts(block)).sum()
     }

@@ -10,7 +10,7 @@
 use super::clipped::expected_error;
 use super::diffraction::Disk;
 use super::picture::Picture;
-use super::resolve::{BLOCKS, ByBlock, block_place};
+use super::resolve::{BLOCKS, ByBlock, Sum, block_place};
 use super::spread::Spread;
 use crate::picture::BLOCK;
 use crate::raster::TILE;
@@ -165,7 +165,7 @@ impl Picture<'_> {
     pub(super) fn raise_unseen(
         &self,
         tile: (u32, u32),
-        sums: &[[Vec3; 2]],
+        sums: &[Sum],
         samples: &ByBlock<u32>,
         squared: &mut ByBlock<f64>,
     ) -> u16 {
@@ -191,14 +191,14 @@ impl Picture<'_> {
 
     /// The least that any pixel of a block shows after `n` samples, channel by channel and not clamped: what is there without a
     /// light that is seldom met.
-    fn least(&self, (tx, ty): (u32, u32), block: usize, sums: &[[Vec3; 2]], n: u32) -> DVec3 {
+    fn least(&self, (tx, ty): (u32, u32), block: usize, sums: &[Sum], n: u32) -> DVec3 {
         let (left, top) = (block as u32 % BLOCKS * BLOCK, block as u32 / BLOCKS * BLOCK);
         let right = (left + BLOCK).min(self.view.width - tx * TILE);
         let bottom = (top + BLOCK).min(self.view.height - ty * TILE);
         let mut least = Vec3::INFINITY;
         for at in (top..bottom).flat_map(|y| (left..right).map(move |x| (y * TILE + x) as usize)) {
-            if let Some([a, b]) = sums.get(at) {
-                least = least.min((*a + *b) * (self.gain / n as f32));
+            if let Some([a, b]) = sums.get(at).map(|sum| sum.map(Vec3::from_array)) {
+                least = least.min((a + b) * (self.gain / n as f32));
             }
         }
         least.as_dvec3()

@@ -14,6 +14,10 @@ pub(super) fn block_place((tx, ty): (u32, u32), block: usize) -> (u32, u32) {
     (tx * BLOCKS + block as u32 % BLOCKS, ty * BLOCKS + block as u32 / BLOCKS)
 }
 
+/// The light of a pixel's samples, of the even and the odd ones. (Arrays and not vectors: memory of these comes zeroed from the
+/// system, page by page as it is used.)
+pub(super) type Sum = [[f32; 3]; 2];
+
 /// A number for each block of a tile, row by row.
 pub(super) type ByBlock<T> = [T; (BLOCKS * BLOCKS) as usize];
 
@@ -26,7 +30,7 @@ impl Picture<'_> {
     pub(super) fn resolve(
         &self,
         (tx, ty): (u32, u32),
-        sums: &[[Vec3; 2]],
+        sums: &[Sum],
         samples: &ByBlock<u32>,
         mut errors: Option<&mut [f32]>,
     ) -> ByBlock<f64> {
@@ -44,7 +48,9 @@ impl Picture<'_> {
             let places = || (top..bottom).flat_map(|y| (left..right).map(move |x| (y * TILE + x) as usize));
             let n = samples[block];
             let (share, gains) = (clipped::share(n), [n.div_ceil(2), n / 2].map(|n| self.gain / n as f32));
-            let halves = |at: usize| sums.get(at).map(|&[a, b]| [a * gains[0], b * gains[1]]);
+            let halves = |at: usize| {
+                sums.get(at).map(|sum| [0, 1].map(|half| Vec3::from_array(sum[half]) * gains[half]))
+            };
             let mut is_bright = false;
             for at in places() {
                 let Some([a, b]) = halves(at) else { continue };
@@ -92,22 +98,16 @@ impl Picture<'_> {
         }
     }
 
-    /// Writes a tile's pixels, the means of their samples.
-    pub(super) fn means(
-        &self,
-        (tx, ty): (u32, u32),
-        sums: &[[Vec3; 2]],
-        samples: &ByBlock<u32>,
-        out: &mut [[f32; 3]],
-    ) {
-        let size = (self.view.width - tx * TILE, self.view.height - ty * TILE);
-        let size = (size.0.min(TILE) as usize, size.1.min(TILE) as usize);
-        let rows = sums.chunks(TILE as usize).zip(out.chunks_mut(TILE as usize)).take(size.1);
-        for (y, (sums, out)) in rows.enumerate() {
-            let samples = &samples[y / BLOCK as usize * BLOCKS as usize..];
-            for (x, ([a, b], out)) in sums.iter().zip(out).take(size.0).enumerate() {
-                *out = ((a + b) / samples[x / BLOCK as usize].max(1) as f32).to_array();
-            }
+    /// Makes the sums of a tile its pixels, the means of their samples: one after the other from its beginning on.
+    pub(super) fn means(&self, (tx, ty): (u32, u32), sums: &mut [Sum], samples: &ByBlock<u32>) {
+        let size = [self.view.width - tx * TILE, self.view.height - ty * TILE].map(|size| size.min(TILE));
+        let (count, pixels) = (sums.len(), sums.as_flattened_mut());
+        for at in 0..count {
+            let (x, y) = (at as u32 % TILE, at as u32 / TILE);
+            let n = samples[(y / BLOCK * BLOCKS + x / BLOCK) as usize].max(1) as f32;
+            let [a, b] = [pixels[2 * at], pixels[2 * at + 1]].map(Vec3::from_array);
+            let is_inside = x < size[0] && y < size[1];
+            pixels[at] = if is_inside { ((a + b) / n).to_array() } else { [0.0; 3] };
         }
     }
 }

@@ -38,7 +38,7 @@ impl Room {
         // The exposure, with the sums of a picture that comes in rounds.
         let (pixel, samples) = match sequence {
             Sequence::Uniform(samples) => (12, samples),
-            Sequence::Runs => (40, 1024),
+            Sequence::Runs => (26, 1024),
         };
         let pixel = pixel + if execution.error_map { 4 } else { 0 };
         // Corners and boxes in the sun's frame.

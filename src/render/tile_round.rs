@@ -7,11 +7,10 @@ use super::draw::{SetUp, Step, Tally, TileScratch};
 use super::pattern::Splits;
 use super::picture::Picture;
 use super::progressive::EdgesErr;
-use super::resolve::{BLOCKS, ByBlock};
+use super::resolve::{BLOCKS, ByBlock, Sum};
 use super::stages::Stopwatch;
 use crate::picture::{BLOCK, BlockSamples};
 use crate::sampling::runs::Run;
-use glam::Vec3;
 
 /// A tile that is taken on.
 pub(super) struct TileRound<'a> {
@@ -26,7 +25,7 @@ pub(super) struct TileRound<'a> {
     /// What a sample takes, 0 before the first run: see [`cost`].
     cost: f64,
     scratch: &'a mut TileScratch,
-    sums: &'a mut Vec<[Vec3; 2]>,
+    sums: &'a mut [Sum],
     execution: &'a Execution<'a>,
     stop: &'a dyn Fn() -> bool,
 }
@@ -79,7 +78,7 @@ impl<'a> TileRound<'a> {
         picture: &'a Picture<'a>,
         tile: usize,
         (samples, edges, cost): (&BlockSamples, EdgesErr, f64),
-        (scratch, sums): (&'a mut TileScratch, &'a mut Vec<[Vec3; 2]>),
+        (scratch, sums): (&'a mut TileScratch, &'a mut [Sum]),
         execution: &'a Execution<'a>,
         stop: &'a dyn Fn() -> bool,
     ) -> Self {
