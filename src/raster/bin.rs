@@ -12,7 +12,6 @@ use super::{LANES, TILE};
 use fearless_simd::Level;
 use glam::DVec3;
 use rayon::prelude::*;
-use std::ops::Range;
 
 /// Triangles and vertices that a parallel task takes at a time; the result does not depend on it.
 const CHUNK: usize = 4096;
@@ -134,6 +133,11 @@ impl Bins {
         self.lists.entries()
     }
 
+    /// The number of cells of the lens.
+    pub(crate) fn cells(&self) -> usize {
+        self.cells
+    }
+
     /// At least the most triangles that a tile has.
     pub(crate) fn fullest(&self) -> usize {
         self.lists.fullest()
@@ -145,13 +149,12 @@ impl Bins {
     }
 
     /// Fills `out` with the next candidates, nearest first, that may touch tile `(x, y)` as seen from its lens points, where
-    /// they are given, and with their boxes from `cells`.
+    /// they are given, and with their boxes from each cell.
     pub(super) fn next(
         &self,
         tile: (u32, u32),
         cursor: &mut Cursor,
         lens: Option<&LensPoints>,
-        cells: &Range<usize>,
         out: &mut Waiting,
     ) {
         let first = out.count;
@@ -160,10 +163,10 @@ impl Bins {
         for at in first..out.count {
             out.candidates[at] = self.candidates[out.places[at] as usize];
         }
-        out.boxes.truncate(first * cells.len());
+        out.boxes.truncate(first * self.cells);
         for place in &out.places[first..out.count] {
             let start = *place as usize * self.cells;
-            out.boxes.extend_from_slice(&self.boxes[start + cells.start..start + cells.end]);
+            out.boxes.extend_from_slice(&self.boxes[start..start + self.cells]);
         }
     }
 
@@ -194,7 +197,7 @@ pub(super) struct Waiting {
     /// Where they are among all.
     places: [u32; LANES],
     pub candidates: [Candidate; LANES],
-    /// The boxes of each from the cells of the lens that are wanted.
+    /// The boxes of each from the cells of the lens.
     pub boxes: Vec<PixelBox>,
     /// For each the batches that may see it, of the tile's first 64.
     pub batches: [u64; LANES],

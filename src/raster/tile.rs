@@ -15,7 +15,6 @@ use super::visibility::{EVERYWHERE, Group, Visibility, group, singles, wants};
 use super::{LANES, TILE};
 use fearless_simd::Level;
 use glam::DVec3;
-use std::ops::Range;
 
 /// The geometry to draw, in the lens frame.
 pub(crate) struct Geometry<'a> {
@@ -50,8 +49,6 @@ pub(crate) struct Part {
     pub tile: (u32, u32),
     /// Pixels across and down that a batch serves.
     pub block: (u32, u32),
-    /// The cells of the lens that batches lie in.
-    pub cells: Range<usize>,
     /// Regions of 4 x 4 blocks outside of which nothing is drawn: see [`Visibility::clear`].
     pub wanted: u64,
 }
@@ -88,7 +85,7 @@ pub(crate) struct TileScratch {
 impl Default for TileScratch {
     fn default() -> Self {
         Self {
-            part: Part { tile: (0, 0), block: (1, 1), cells: 0..1, wanted: EVERYWHERE },
+            part: Part { tile: (0, 0), block: (1, 1), wanted: EVERYWHERE },
             cursor: Cursor::default(),
             lens: LensPoints::default(),
             is_loose: false,
@@ -133,12 +130,12 @@ impl TileScratch {
     /// because they touch nothing wanted, too, for the order of surfaces is the order of sums.
     fn pull(&mut self, geometry: &Geometry<'_>) {
         let lens = self.is_loose.then_some(&self.lens);
-        let cells = self.part.cells.len();
+        let cells = geometry.bins.cells();
         let next = &mut self.next;
         (next.count, next.is_last) = (0, false);
         for turn in 0..MOST_TURNS {
             let first = next.count;
-            geometry.bins.next(self.part.tile, &mut self.cursor, lens, &self.part.cells, next);
+            geometry.bins.next(self.part.tile, &mut self.cursor, lens, next);
             let found = first..next.count;
             next.is_last = found.len() < LANES - first;
             next.count = first;
@@ -207,7 +204,7 @@ impl TileScratch {
             if self.seen.hides(self.nearest[at], batch.live) {
                 break;
             }
-            let spans = &self.spans[at * self.part.cells.len() + batch.cell - self.part.cells.start];
+            let spans = &self.spans[at * geometry.bins.cells() + batch.cell];
             let some =
                 if self.is_loose { self.seeing[at * self.batch_cells.len() + number] } else { spans.some };
             let visits = Visits {
@@ -252,7 +249,7 @@ impl TileScratch {
         block.live &= (0xffff_u32 >> (LANES - self.next.count)) as u16;
 
         block.ids = self.next.ids;
-        let (first, cells) = (self.spans.len(), self.part.cells.len());
+        let (first, cells) = (self.spans.len(), geometry.bins.cells());
         self.spans.resize(first + cells, Spans::NONE);
         let mut rest = block.live;
         while rest != 0 {
@@ -272,7 +269,7 @@ impl TileScratch {
                 let each = self.next.batches.iter().enumerate();
                 let seeing =
                     each.fold(0, |sum, (lane, batches)| sum | ((batches >> batch & 1) as u16) << lane);
-                seeing & spans[cell - self.part.cells.start].some
+                seeing & spans[cell].some
             }));
         }
         self.ready += 1;
@@ -311,7 +308,7 @@ impl Part {
         Some([x0, x1, y0, y1])
     }
 
-    /// Whether what lies in these boxes, one for each of its cells of the lens, may touch anything that is wanted.
+    /// Whether what lies in these boxes, one for each cell of the lens, may touch anything that is wanted.
     fn touches(&self, boxes: &[PixelBox]) -> bool {
         if self.wanted == EVERYWHERE {
             return true;

@@ -14,7 +14,6 @@ use crate::sampling::runs::Run;
 use crate::shade::{LaneSums, Look, Rays, Samples, SunSamples};
 use glam::{Vec2, Vec4};
 use std::cell::RefCell;
-use std::ops::Range;
 use std::sync::Mutex;
 
 /// What one thread reuses from tile to tile.
@@ -82,17 +81,6 @@ pub(super) struct Step {
     pub wanted: u64,
 }
 
-/// Which steps the triangles of a tile are set up for.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum SetUp {
-    /// For those that are drawn now, and no other.
-    Now,
-    /// For these and any that follow in the same regions.
-    Ahead,
-    /// They were, by the last call, ahead.
-    Before,
-}
-
 /// Samples of a batch in a region of 4 x 4 pixels.
 const REGION_SAMPLES: u64 = (LANES * REGION * REGION) as u64;
 
@@ -129,12 +117,12 @@ impl Picture<'_> {
     }
 
     /// Draws the samples of `steps` in one tile and adds them to `sums`, in the order of the batches; whatever these were
-    /// before the first sample. Tells how many steps were done before `stop` said so; of the next nothing is left.
+    /// before the first sample. Triangles of the last call's tile may be set up already. Tells how many steps were done before `stop` said so; of the next nothing is left.
     pub(super) fn draw_tile(
         &self,
         scratch: &mut TileScratch,
         tile: (u32, u32),
-        (steps, set_up): (&[Step], SetUp),
+        (steps, is_set_up): (&[Step], bool),
         sums: &mut [Sum],
         mut watch: Stopwatch<'_>,
         stop: &dyn Fn() -> bool,
@@ -158,12 +146,7 @@ impl Picture<'_> {
             focal_length: self.view.focal_length as f32,
             radius: self.view.radius as f32,
         };
-        let part = Part {
-            tile,
-            block,
-            cells: if set_up == SetUp::Ahead { 0..self.cells.len() } else { self.cells_of(steps) },
-            wanted: steps.iter().fold(0, |wanted, step| wanted | step.wanted),
-        };
+        let part = Part { tile, block, wanted: steps.iter().fold(0, |wanted, step| wanted | step.wanted) };
         // What earlier steps drew is still there.
         let mut held = 0;
         for (done, step) in steps.iter().enumerate() {
@@ -185,7 +168,7 @@ impl Picture<'_> {
                 pattern = diffraction.displace(&self.view, tile, &pattern);
             }
             // What is set up serves all steps, but not where it is what this step's lens points see.
-            if (done == 0 && set_up != SetUp::Before) || self.bins.are_loose() {
+            if (done == 0 && !is_set_up) || self.bins.are_loose() {
                 raster.prepare(&geometry, part.clone(), &pattern);
                 looks.get_mut().clear();
             }
@@ -265,17 +248,6 @@ impl Picture<'_> {
             });
         }
         (tally, steps.len())
-    }
-
-    /// The cells of the lens that samples of `steps` lie in.
-    fn cells_of(&self, steps: &[Step]) -> Range<usize> {
-        // Diffraction divides them further.
-        if self.diffraction.is_some() {
-            return 0..self.cells.len();
-        }
-        let each = || steps.iter().map(|step| step.splits.cells());
-        let (start, end) = (each().map(|cells| cells.start).min(), each().map(|cells| cells.end).max());
-        start.unwrap_or(0)..end.unwrap_or(0)
     }
 
     /// The place of a block's corner from the tile's centre, and what names the pixel of each lane there.

@@ -11,7 +11,7 @@ use crate::plan::RenderPlan;
 use crate::quantity::Angle;
 use crate::raster::TILE;
 use crate::raster::bin::{Bins, Triangles};
-use crate::raster::view::{LensCell, View};
+use crate::raster::view::View;
 use crate::sampling::{self, ApertureShape, runs};
 use crate::scene::{EffectName, Material, Scene, Sun, Surfaces};
 use crate::shade::{Falloff, Shader, ShadowSun};
@@ -54,7 +54,6 @@ pub(super) struct Picture<'a> {
     pub(super) positions: &'a [DVec3],
     pub(super) shader: Shader<'a>,
     pub(super) shadows: Option<ShadowSun<'a>>,
-    pub(super) cells: Vec<LensCell>,
     pub(super) bins: Bins,
     pub(super) falloff: Option<Falloff>,
     pub(super) diffraction: Option<FilmDiffraction>,
@@ -107,16 +106,15 @@ impl<'a> Picture<'a> {
         let shape = if has_shape { scene.aperture_shape() } else { ApertureShape::Disk };
         let seed = scene.render.seed;
         let has_diffraction = active.has(EffectName::Diffraction);
-        let (streams, mut cells) = match sequence {
+        let (streams, splits) = match sequence {
             Sequence::Uniform(samples) => {
-                let cells = match &Splits::steps(samples, has_diffraction)[..] {
-                    [(_, splits)] => splits.lens_cells(&shape, view.radius),
-                    _ => Splits::run_cells(&shape, view.radius),
-                };
-                (samples, cells)
+                // What is drawn in several steps has the regions that all of them have: one.
+                let steps = Splits::steps(samples, has_diffraction);
+                (samples, if let [(_, splits)] = steps[..] { splits } else { Splits::new(samples) })
             }
-            Sequence::Runs => (runs::FIRST_RUN, Splits::run_cells(&shape, view.radius)),
+            Sequence::Runs => (runs::FIRST_RUN, Splits::new(runs::FIRST_RUN)),
         };
+        let mut cells = splits.lens_cells(&shape, view.radius);
         let diffraction = has_diffraction.then(|| FilmDiffraction::new(optics, &shape, &view, seed, streams));
         if let Some(diffraction) = &diffraction {
             cells = diffraction.cells(&cells);
@@ -167,7 +165,6 @@ impl<'a> Picture<'a> {
             positions,
             shader,
             shadows,
-            cells,
             bins,
             falloff,
             diffraction,

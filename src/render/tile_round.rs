@@ -3,7 +3,7 @@
 
 use super::Execution;
 use super::allocate::{Block, Forecast, TileBlocks, cost};
-use super::draw::{SetUp, Step, Tally, TileScratch};
+use super::draw::{Step, Tally, TileScratch};
 use super::pattern::Splits;
 use super::picture::Picture;
 use super::progressive::EdgesErr;
@@ -123,11 +123,10 @@ impl<'a> TileRound<'a> {
         then: ByBlock<u32>,
         forecast: Option<&Forecast>,
     ) -> Option<Drawn> {
-        let set_up = if forecast.is_some() { SetUp::Ahead } else { SetUp::Now };
-        let (first, set_up) = match self.runs(now, then, set_up) {
-            Some(first) => (first, SetUp::Before),
+        let (first, is_set_up) = match self.runs(now, then, false) {
+            Some(first) => (first, true),
             // Tiles of the pilot have their first run.
-            None if forecast.is_some() && now == then && self.cost > 0.0 => (self.seen(now), SetUp::Now),
+            None if forecast.is_some() && now == then && self.cost > 0.0 => (self.seen(now), false),
             None => return None,
         };
         let Runs { mut tally, changed: begun, plain: first } = first;
@@ -138,7 +137,7 @@ impl<'a> TileRound<'a> {
             let much = self.edges.is_much.then(|| picture.hidden(self.tile, self.sums, &begun));
             let found = self.errors(&begun, &first, &much.unwrap_or_default());
             let wanted = self.forecast(forecast, &begun, &found, cost);
-            if let Some(more) = self.runs(begun, wanted, set_up) {
+            if let Some(more) = self.runs(begun, wanted, is_set_up) {
                 tally.add(&more.tally);
                 for block in (0..changed.len()).filter(|&block| more.changed[block] > 0) {
                     (changed[block], plain[block]) = (more.changed[block], more.plain[block]);
@@ -165,8 +164,9 @@ impl<'a> TileRound<'a> {
         errors
     }
 
-    /// Draws such runs, and resolves what they change.
-    fn runs(&mut self, now: ByBlock<u32>, then: ByBlock<u32>, set_up: SetUp) -> Option<Runs> {
+    /// Draws such runs, where the last ones were drawn in the same tile with its triangles as they are set up; resolves what
+    /// they change.
+    fn runs(&mut self, now: ByBlock<u32>, then: ByBlock<u32>, is_set_up: bool) -> Option<Runs> {
         let steps = steps(self.base, now, then);
         if steps.is_empty() || (self.stop)() {
             return None;
@@ -174,7 +174,7 @@ impl<'a> TileRound<'a> {
         let (picture, clock) = (self.picture, self.execution.clock);
         let watch = Stopwatch::start(clock);
         let (mut tally, count) =
-            picture.draw_tile(self.scratch, self.tile, (&steps, set_up), self.sums, watch, self.stop);
+            picture.draw_tile(self.scratch, self.tile, (&steps, is_set_up), self.sums, watch, self.stop);
         let mut watch = Stopwatch::start(clock);
         let end = count.checked_sub(1).map_or(0, |last| steps[last].run.end());
         let changed = std::array::from_fn(|block| match then[block].min(end) {
@@ -226,7 +226,7 @@ fn steps(base: u32, now: ByBlock<u32>, then: ByBlock<u32>) -> Vec<Step> {
         .map(|run| {
             let takes_part = |&block: &usize| now[block] <= run.first && then[block] >= run.end();
             let wanted = (0..now.len()).filter(takes_part).map(regions).fold(0, |sum, bits| sum | bits);
-            Step { run, splits: Splits::of_run(run), wanted }
+            Step { run, splits: Splits::new(run.count), wanted }
         })
         .filter(|step| step.wanted != 0)
         .collect()

@@ -1,6 +1,6 @@
 //! The same number of samples for every pixel: tile by tile, each drawn once and resolved at once.
 
-use super::draw::{Borrowed, SetUp, Step, TILES_AT_ONCE};
+use super::draw::{Borrowed, Step, TILES_AT_ONCE};
 use super::pattern::Splits;
 use super::picture::Picture;
 use super::resolve::Sum;
@@ -41,7 +41,7 @@ impl Picture<'_> {
             }
             let watch = Stopwatch::start(execution.clock);
             let (mut tally, done) =
-                self.draw_tile(scratch.get(), self.place(tile), (&steps, SetUp::Now), sums, watch, &stop);
+                self.draw_tile(scratch.get(), self.place(tile), (&steps, false), sums, watch, &stop);
             let mut watch = Stopwatch::start(execution.clock);
             let squared = if done < steps.len() {
                 0.0
