@@ -10,10 +10,9 @@
 use super::clipped::expected_error;
 use super::diffraction::Disk;
 use super::picture::Picture;
-use super::resolve::{BLOCKS, ByBlock, Sum, block_place};
+use super::resolve::{ByBlock, Sum, block_place, places};
 use super::spread::Spread;
 use crate::picture::BLOCK;
-use crate::raster::TILE;
 use crate::raster::bounds::Frustum;
 use crate::raster::view::View;
 use crate::sampling::ApertureShape;
@@ -191,12 +190,10 @@ impl Picture<'_> {
 
     /// The least that any pixel of a block shows after `n` samples, channel by channel and not clamped: what is there without a
     /// light that is seldom met.
-    fn least(&self, (tx, ty): (u32, u32), block: usize, sums: &[Sum], n: u32) -> DVec3 {
-        let (left, top) = (block as u32 % BLOCKS * BLOCK, block as u32 / BLOCKS * BLOCK);
-        let right = (left + BLOCK).min(self.view.width - tx * TILE);
-        let bottom = (top + BLOCK).min(self.view.height - ty * TILE);
+    fn least(&self, tile: (u32, u32), block: usize, sums: &[Sum], n: u32) -> DVec3 {
         let mut least = Vec3::INFINITY;
-        for at in (top..bottom).flat_map(|y| (left..right).map(move |x| (y * TILE + x) as usize)) {
+        let (columns, rows) = self.pixels_of(tile, block);
+        for at in places(columns, rows) {
             if let Some([a, b]) = sums.get(at).map(|sum| sum.map(Vec3::from_array)) {
                 least = least.min((a + b) * (self.gain / n as f32));
             }

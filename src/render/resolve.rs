@@ -5,6 +5,7 @@ use super::picture::Picture;
 use crate::picture::BLOCK;
 use crate::raster::TILE;
 use glam::Vec3;
+use std::ops::Range;
 
 /// Blocks on the side of a tile.
 pub(super) const BLOCKS: u32 = TILE / BLOCK;
@@ -21,7 +22,19 @@ pub(super) type Sum = [[f32; 3]; 2];
 /// A number for each block of a tile, row by row.
 pub(super) type ByBlock<T> = [T; (BLOCKS * BLOCKS) as usize];
 
+/// The numbers in a tile of the pixels in these columns and rows of it.
+pub(super) fn places(columns: Range<u32>, rows: Range<u32>) -> impl Iterator<Item = usize> {
+    rows.flat_map(move |y| columns.clone().map(move |x| (y * TILE + x) as usize))
+}
+
 impl Picture<'_> {
+    /// The columns and rows of a tile's pixels that a block of it has in the picture.
+    pub(super) fn pixels_of(&self, (tx, ty): (u32, u32), block: usize) -> (Range<u32>, Range<u32>) {
+        let (left, top) = (block as u32 % BLOCKS * BLOCK, block as u32 / BLOCKS * BLOCK);
+        let (width, height) = (self.view.width - tx * TILE, self.view.height - ty * TILE);
+        (left..(left + BLOCK).min(width), top..(top + BLOCK).min(height))
+    }
+
     /// What the sums of a tile say of their error: squared, summed over the pixels and channels of each block; `samples` for each
     /// pixel of a block. Each pixel's own error goes to `errors`, where there are any.
     ///
@@ -29,13 +42,12 @@ impl Picture<'_> {
     /// by their sizes, and for equal halves its squared error is a quarter of their squared difference.
     pub(super) fn resolve(
         &self,
-        (tx, ty): (u32, u32),
+        tile: (u32, u32),
         sums: &[Sum],
         samples: &ByBlock<u32>,
         mut errors: Option<&mut [f32]>,
     ) -> ByBlock<f64> {
         let mut squared = ByBlock::default();
-        let (width, height) = (self.view.width - tx * TILE, self.view.height - ty * TILE);
         let mut tell = |at: usize, error: f64| {
             if let Some(pixel) = errors.as_deref_mut().and_then(|errors| errors.get_mut(at)) {
                 *pixel = (error / 3.0).sqrt() as f32;
@@ -43,9 +55,8 @@ impl Picture<'_> {
             error
         };
         for block in (0..samples.len()).filter(|&block| samples[block] > 1) {
-            let (left, top) = (block as u32 % BLOCKS * BLOCK, block as u32 / BLOCKS * BLOCK);
-            let (right, bottom) = ((left + BLOCK).min(width), (top + BLOCK).min(height));
-            let places = || (top..bottom).flat_map(|y| (left..right).map(move |x| (y * TILE + x) as usize));
+            let (columns, rows) = self.pixels_of(tile, block);
+            let places = || places(columns.clone(), rows.clone());
             let n = samples[block];
             let (share, gains) = (clipped::share(n), [n.div_ceil(2), n / 2].map(|n| self.gain / n as f32));
             let halves = |at: usize| {
@@ -58,9 +69,9 @@ impl Picture<'_> {
                 squared[block] += tell(at, share * (a_shown - b_shown).as_dvec3().length_squared());
                 is_bright |= clipped::is_bright([a, b]);
             }
-            if is_bright && !self.is_unseen((tx, ty), block, n) {
+            if is_bright && !self.is_unseen(tile, block, n) {
                 let pixels = places().filter_map(halves).collect();
-                let errors = Halves { width: (right - left) as usize, samples: n, pixels }.errors();
+                let errors = Halves { width: columns.len(), samples: n, pixels }.errors();
                 squared[block] = places().zip(errors).map(|(at, error)| tell(at, error)).sum();
             }
         }
@@ -80,20 +91,16 @@ impl Picture<'_> {
     }
 
     /// Raises the errors of a block's pixels from what was `found` to what is `stated` for the block, if that is more.
-    fn spread(&self, (tx, ty): (u32, u32), block: usize, (found, stated): (f64, f64), errors: &mut [f32]) {
+    fn spread(&self, tile: (u32, u32), block: usize, (found, stated): (f64, f64), errors: &mut [f32]) {
         if stated <= found {
             return;
         }
-        let (width, height) = (self.view.width - tx * TILE, self.view.height - ty * TILE);
-        let (left, top) = (block as u32 % BLOCKS * BLOCK, block as u32 / BLOCKS * BLOCK);
-        let (right, bottom) = ((left + BLOCK).min(width), (top + BLOCK).min(height));
-        let even = (stated / f64::from(3 * (right - left) * (bottom - top))).sqrt() as f32;
+        let (columns, rows) = self.pixels_of(tile, block);
+        let even = (stated / (3 * columns.len() * rows.len()) as f64).sqrt() as f32;
         let times = if found > 0.0 { (stated / found).sqrt() as f32 } else { 0.0 };
-        for y in top..bottom {
-            for x in left..right {
-                if let Some(error) = errors.get_mut((y * TILE + x) as usize) {
-                    *error = if found > 0.0 { *error * times } else { even };
-                }
+        for at in places(columns, rows) {
+            if let Some(error) = errors.get_mut(at) {
+                *error = if found > 0.0 { *error * times } else { even };
             }
         }
     }
