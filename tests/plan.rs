@@ -4,6 +4,7 @@ mod common;
 #[path = "common/program.rs"]
 mod program;
 
+use common::gap;
 use common::scenes::{Random, Setting, camera, scene, yard};
 use glam::DVec3;
 use groundglass::Exposure;
@@ -22,18 +23,6 @@ fn at(f_number: f64, seed: u64, tilt: f64) -> Scene {
 
 fn draw(scene: &Scene) -> Exposure {
     render(scene, Execution::default()).unwrap().0
-}
-
-fn gap(a: &Exposure, b: &Exposure) -> f64 {
-    let pixels = (0..a.height()).flat_map(|y| (0..a.width()).map(move |x| (x, y)));
-    let squares: Vec<f64> = pixels
-        .flat_map(|(x, y)| {
-            let (a, b) = (a.pixel(x, y), b.pixel(x, y));
-            [0, 1, 2].map(|i| f64::from(a[i].clamp(0.0, 1.0) - b[i].clamp(0.0, 1.0)))
-        })
-        .map(|gap| gap * gap)
-        .collect();
-    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod common;
 #[path = "common/program.rs"]
 mod program;
 
+use common::gap;
 use common::scenes::{Random, Setting, camera, plain, quad, scene, yard};
 use glam::DVec3;
 use groundglass::picture::Allocation;
@@ -36,14 +37,6 @@ fn bits(exposure: &Exposure) -> Vec<u32> {
 
 fn square(x: f64) -> f64 {
     x * x
-}
-
-/// Root mean square difference of the pictures clamped to 0..1.
-fn gap(a: &Exposure, b: &Exposure) -> f64 {
-    let (a, b) = (bits(a), bits(b));
-    let shown = |bits: u32| f64::from(f32::from_bits(bits).clamp(0.0, 1.0));
-    let sum: f64 = a.iter().zip(&b).map(|(&a, &b)| (shown(a) - shown(b)) * (shown(a) - shown(b))).sum();
-    (sum / a.len() as f64).sqrt()
 }
 
 #[test]
