@@ -117,7 +117,8 @@ impl Picture<'_> {
     }
 
     /// Draws the samples of `steps` in one tile and adds them to `sums`, in the order of the batches; whatever these were
-    /// before the first sample. Triangles of the last call's tile may be set up already. Tells how many steps were done before `stop` said so; of the next nothing is left.
+    /// before the first sample. Where the last call drew the same tile, its triangles may be set up already. Tells how many
+    /// steps were done before `stop` said so; of the next nothing is left.
     pub(super) fn draw_tile(
         &self,
         scratch: &mut TileScratch,
