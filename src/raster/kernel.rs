@@ -203,9 +203,10 @@ fn nearest<S: Simd>(simd: S, [z0, zx, zy]: [f32x16<S>; 3], step: (f32, f32), blo
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::raster::group::Groups;
     use crate::raster::setup::Corners;
     use crate::raster::view::test_view;
-    use crate::raster::visibility::{EVERYWHERE, group};
+    use crate::raster::visibility::EVERYWHERE;
     use crate::simd::SimdLevel;
 
     #[test]
@@ -271,10 +272,10 @@ mod tests {
             }
             let depth: Vec<u32> = seen.depth.iter().flatten().map(|z| z.to_bits()).collect();
             let ids = seen.id.clone();
-            let mut groups = Vec::new();
+            let mut groups = Groups::default();
             seen.keep(0);
-            group(level, std::slice::from_ref(&batch), &seen, &mut groups);
-            (depth, ids, groups, blocks)
+            groups.find(level, std::slice::from_ref(&batch), &seen, ids.len());
+            (depth, ids, groups.sorted().to_vec(), blocks)
         };
         let wanted = run(SimdLevel::Scalar.level());
         assert!(wanted.0.iter().filter(|&&bits| bits != 0).count() > 1000, "the test draws next to nothing");

@@ -14,7 +14,8 @@
 //! * [`setup`]: these functions of 16 triangles, once a sample may see them.
 //! * [`kernel`]: one triangle for 16 samples: its functions at 16 lens points, then coverage and depth by
 //!   [`regions`] (block by block) or [`scatter`] (lens point by lens point).
-//! * [`visibility`]: what is seen, and the groups of samples that see the same.
+//! * [`visibility`]: what is seen.
+//! * [`group`]: the samples of a pixel that see the same.
 //! * [`tile`]: all triangles and samples of one tile; hands each batch of 16 to the shader.
 //!
 //! # Edge functions
@@ -35,6 +36,7 @@
 pub(crate) mod bin;
 pub(crate) mod bounds;
 pub(crate) mod film;
+pub(crate) mod group;
 pub(crate) mod kernel;
 mod lists;
 mod loose;

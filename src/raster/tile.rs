@@ -6,12 +6,13 @@
 use super::bin::{Bins, Candidate, Waiting};
 use super::bounds::PixelBox;
 use super::film::TileFilm;
+use super::group::Groups;
 use super::kernel::{Opaque, Visits, cover};
 use super::lists::Cursor;
 use super::loose::LensPoints;
 use super::setup::{Block, Corners};
 use super::view::{Batch, Pattern, View};
-use super::visibility::{EVERYWHERE, Group, Visibility, group, singles, wants};
+use super::visibility::{EVERYWHERE, Visibility, wants};
 use super::{LANES, TILE};
 use fearless_simd::Level;
 use glam::DVec3;
@@ -282,13 +283,13 @@ impl TileScratch {
     }
 
     /// Sorts the samples of the batches that were kept by what they see.
-    pub(crate) fn group(&self, level: Level, batches: &[Batch], out: &mut Vec<Group>) {
-        group(level, batches, &self.seen, out);
+    pub(crate) fn group(&self, level: Level, batches: &[Batch], groups: &mut Groups) {
+        groups.find(level, batches, &self.seen, self.surfaces.len());
     }
 
-    /// Each sample of the batch that was kept first by itself, sorted by what it sees, nothing last.
-    pub(crate) fn singles(&self, batch: &Batch, next: &mut Vec<u32>, out: &mut Vec<Group>) {
-        singles(batch, &self.seen, self.surfaces.len(), next, out);
+    /// Each sample of the batch that was kept first by itself, sorted by what it sees.
+    pub(crate) fn singles(&self, batch: &Batch, groups: &mut Groups) {
+        groups.find_singles(batch, &self.seen, self.surfaces.len());
     }
 
     /// The surfaces met in the tile so far, by one triangle of each; a group's or visit's id is a place in them.

@@ -1,9 +1,7 @@
-//! What is seen: depth and surface of 16 samples at each block of a tile, and the groups that see the same.
+//! What is seen: depth and surface of 16 samples at each block of a tile.
 
-use super::view::Batch;
 use super::{BATCHES, LANES, TILE};
-use crate::simd::at_level;
-use fearless_simd::{Level, Simd, SimdBase, SimdMask, f32x16, u32x16};
+use fearless_simd::{Simd, SimdBase, f32x16};
 
 /// The id where nothing is seen.
 pub(crate) const NOTHING: u32 = u32::MAX;
@@ -160,13 +158,21 @@ impl Visibility {
         true
     }
 
+    /// What batch `number` of those that are grouped together sees, block by block.
     #[inline(always)]
-    fn is_wanted(&self, block: usize) -> bool {
+    pub(super) fn kept(&self, number: usize) -> &[[u32; LANES]] {
+        &self.kept[number % BATCHES]
+    }
+
+    /// Whether a block is drawn: all four in a row of its region are, or none.
+    #[inline(always)]
+    pub(super) fn is_wanted(&self, block: usize) -> bool {
         if self.wanted == EVERYWHERE {
             return true;
         }
-        let (row, column) = (block / self.columns / REGION, block % self.columns / REGION);
-        self.wanted >> (row * MOST_REGIONS + column) & 1 == 1
+        // Columns are a power of two, and a shift is not a division.
+        let (row, column) = (block >> self.columns.trailing_zeros(), block & (self.columns - 1));
+        self.wanted >> (row / REGION * MOST_REGIONS + column / REGION) & 1 == 1
     }
 
     /// Whether any of the blocks in columns `x0..=x1` and rows `y0..=y1` are drawn.
@@ -210,151 +216,9 @@ pub(super) fn wants(wanted: u64, [x0, x1, y0, y1]: [u8; 4]) -> bool {
     wanted & rows & (columns * 0x0101_0101_0101_0101) != 0
 }
 
-/// Samples of one block that see the same.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Group {
-    pub block: u16,
-    /// The surface they see, or [`NOTHING`].
-    pub id: u32,
-    /// Lanes of up to four batches: those of the first in the lowest 16 bits, lane 0 in the lowest.
-    pub lanes: u64,
-}
-
-/// The numbers of the batches that have any of these lanes, as in a group.
-#[inline(always)]
-pub(crate) fn batches_of(lanes: u64) -> impl Iterator<Item = usize> {
-    let mut rest = lanes;
-    std::iter::from_fn(move || {
-        let number = rest.trailing_zeros() as usize / LANES;
-        rest &= !(0xffff << (LANES * (number % BATCHES)));
-        (number < BATCHES).then_some(number)
-    })
-}
-
-impl Group {
-    /// The numbers of the batches that it has lanes of.
-    #[inline(always)]
-    pub(crate) fn batches(&self) -> impl Iterator<Item = usize> {
-        batches_of(self.lanes)
-    }
-
-    /// Its samples of batch `number` as a group of their own.
-    #[inline(always)]
-    pub(crate) fn part(&self, number: usize) -> Self {
-        Self { lanes: self.lanes & 0xffff << (LANES * number), ..*self }
-    }
-
-    /// Its lanes of batch `number`.
-    #[inline(always)]
-    pub(crate) fn lanes_of(&self, number: usize) -> u16 {
-        (self.lanes >> (LANES * number)) as u16
-    }
-}
-
-/// Sorts the samples of the `batches` that were kept into groups, block by block.
-pub(crate) fn group(level: Level, batches: &[Batch], seen: &Visibility, out: &mut Vec<Group>) {
-    out.clear();
-    at_level!(level, simd => group_all(simd, batches, seen, out));
-}
-
-#[inline(always)]
-fn group_all<S: Simd>(simd: S, batches: &[Batch], seen: &Visibility, out: &mut Vec<Group>) {
-    let live = all_live(batches);
-    for block in 0..seen.depth.len() {
-        if !seen.is_wanted(block) {
-            continue;
-        }
-        let mut rest = live;
-        while rest != 0 {
-            let first = rest.trailing_zeros() as usize;
-            let id = seen.kept[first / LANES % BATCHES].get(block).map_or(NOTHING, |ids| ids[first % LANES]);
-            let wanted = u32x16::splat(simd, id);
-            let mut lanes = 0;
-            for (number, ids) in seen.kept.iter().enumerate().take(batches.len()) {
-                if let Some(ids) = ids.get(block) {
-                    let same = u32x16::load_array_ref(simd, ids).simd_eq(wanted).to_bitmask();
-                    lanes |= same << (LANES * number);
-                }
-            }
-            lanes &= rest;
-            // Whatever is there: the first lane itself is of the group.
-            lanes |= 1 << first;
-            out.push(Group { block: block as u16, lanes, id });
-            rest &= !lanes;
-        }
-    }
-}
-
-/// The lanes of up to four batches that are in use.
-fn all_live(batches: &[Batch]) -> u64 {
-    let each = batches.iter().take(BATCHES).enumerate();
-    each.fold(0, |live, (number, batch)| live | u64::from(batch.live) << (LANES * number))
-}
-
-/// Each sample of the batch that was kept first as a group of its own, sorted by what they see (one of `surfaces`, or
-/// nothing, which comes last), otherwise in order. `next` is scratch.
-pub(crate) fn singles(
-    batch: &Batch,
-    seen: &Visibility,
-    surfaces: usize,
-    next: &mut Vec<u32>,
-    out: &mut Vec<Group>,
-) {
-    next.clear();
-    next.resize(surfaces + 2, 0);
-    let live = |lane: usize| batch.live >> lane & 1 == 1;
-    let blocks = || seen.kept[0].iter().enumerate().filter(|(block, _)| seen.is_wanted(*block));
-    for (_, ids) in blocks() {
-        for (_, &id) in ids.iter().enumerate().filter(|(lane, _)| live(*lane)) {
-            next[(id as usize).min(surfaces) + 1] += 1;
-        }
-    }
-    for i in 1..next.len() {
-        next[i] += next[i - 1];
-    }
-    out.clear();
-    out.resize(next[surfaces + 1] as usize, Group { block: 0, lanes: 0, id: NOTHING });
-    for (block, ids) in blocks() {
-        for (lane, &id) in ids.iter().enumerate().filter(|(lane, _)| live(*lane)) {
-            let place = &mut next[(id as usize).min(surfaces)];
-            out[*place as usize] = Group { block: block as u16, lanes: 1 << lane, id };
-            *place += 1;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn samples_of_four_batches_are_grouped_by_what_they_see() {
-        let batches: [Batch; 4] = std::array::from_fn(|i| Batch { live: 0xffff >> i, ..Batch::of_cell(0) });
-        let id = |batch: usize, block: usize, lane: usize| ((batch * 7 + block * 3 + lane) % 5) as u32;
-        let mut seen = Visibility::new();
-        for number in 0..4 {
-            seen.clear(1, 1, EVERYWHERE);
-            for (block, ids) in seen.id.iter_mut().enumerate() {
-                *ids = std::array::from_fn(|lane| id(number, block, lane));
-            }
-            seen.keep(number);
-        }
-        for count in 1..=4 {
-            let mut groups = Vec::new();
-            group(crate::simd::SimdLevel::best().level(), &batches[..count], &seen, &mut groups);
-            let mut met = vec![0u64; 1024];
-            for group in &groups {
-                assert_eq!(met[usize::from(group.block)] & group.lanes, 0);
-                met[usize::from(group.block)] |= group.lanes;
-                for lane in (0..64).filter(|lane| group.lanes >> lane & 1 == 1) {
-                    assert_eq!(group.id, id(lane / 16, usize::from(group.block), lane % 16));
-                }
-            }
-            assert!(met.iter().all(|&lanes| lanes == all_live(&batches[..count])));
-            // One group for each of the five surfaces.
-            assert_eq!(groups.len(), 5 * 1024);
-        }
-    }
 
     #[test]
     fn blocks_are_wanted_where_a_region_of_theirs_is() {

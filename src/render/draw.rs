@@ -5,9 +5,10 @@ use super::picture::{Picture, patch};
 use super::resolve::Sum;
 use super::stages::{Stages, Stopwatch};
 use crate::raster::film::TileFilm;
+use crate::raster::group::{Group, Groups};
 use crate::raster::tile::{Geometry, Part};
 use crate::raster::view::{Batch, Pattern, from_center};
-use crate::raster::visibility::{Group, NOTHING, REGION};
+use crate::raster::visibility::REGION;
 use crate::raster::{self, BATCHES, LANES, TILE};
 use crate::sampling;
 use crate::sampling::runs::Run;
@@ -20,10 +21,7 @@ use std::sync::Mutex;
 #[derive(Default)]
 pub(super) struct TileScratch {
     raster: raster::tile::TileScratch,
-    groups: Vec<Group>,
-    /// The same by surface, and where the next of each surface goes.
-    runs: Vec<Group>,
-    next: Vec<u32>,
+    groups: Groups,
     /// A run of which each group lies in one batch.
     split: Vec<Group>,
     /// By place among the tile's surfaces; made when first asked for.
@@ -129,7 +127,7 @@ impl Picture<'_> {
         stop: &dyn Fn() -> bool,
     ) -> (Tally, usize) {
         let mut tally = Tally::default();
-        let TileScratch { raster, groups, runs, split, next, looks, last, sums: drawn } = scratch;
+        let TileScratch { raster, groups, split, looks, last, sums: drawn } = scratch;
         let geometry = Geometry {
             view: &self.view,
             bins: &self.bins,
@@ -205,9 +203,8 @@ impl Picture<'_> {
                 let batch = &batches[0];
                 if self.shared {
                     raster.group(self.level, batches, groups);
-                    sort_by_surface(groups, raster.surfaces().len(), runs, next);
                 } else {
-                    raster.singles(batch, next, runs);
+                    raster.singles(batch, groups);
                 }
                 watch.lap(&mut tally.stages.group);
                 let samples = Samples {
@@ -223,7 +220,7 @@ impl Picture<'_> {
                     let soft = sun.is_soft().then(|| self.sun_squares(tile, &pattern, batch));
                     SunSamples { batch, sun, square: soft.unwrap_or_default(), pixel: &pixel }
                 });
-                for run in runs.chunk_by(|a, b| a.id == b.id) {
+                for run in groups.sorted().chunk_by(|a, b| a.id == b.id) {
                     let triangle = raster.surfaces().get(run[0].id as usize);
                     let looks = looks.get_mut();
                     let look = triangle.map(|&t| looks.get_or_make(run[0].id, || self.look(&film, t)));
@@ -324,25 +321,5 @@ fn split_by_batch(groups: &[Group], out: &mut Vec<Group>) {
     out.clear();
     for group in groups {
         out.extend(group.batches().map(|number| group.part(number)));
-    }
-}
-
-/// Sorts groups by what they see, nothing last, otherwise in order.
-fn sort_by_surface(groups: &[Group], surfaces: usize, out: &mut Vec<Group>, next: &mut Vec<u32>) {
-    next.clear();
-    next.resize(surfaces + 2, 0);
-    let slot = |group: &Group| (group.id as usize).min(surfaces);
-    for group in groups {
-        next[slot(group) + 1] += 1;
-    }
-    for i in 1..next.len() {
-        next[i] += next[i - 1];
-    }
-    out.clear();
-    out.resize(groups.len(), Group { block: 0, lanes: 0, id: NOTHING });
-    for group in groups {
-        let place = &mut next[slot(group)];
-        out[*place as usize] = *group;
-        *place += 1;
     }
 }

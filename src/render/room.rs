@@ -50,8 +50,8 @@ impl Room {
             + pixels * pixel
             + count(vertices) * (24 + 8 * CELLS)
             + count(triangles) * TRIANGLE;
-        // Where it met each surface, and the samples of a pixel, sorted.
-        let each = count(triangles) * 8 + u64::from(samples) * 160 + (1 << 20);
+        // Where it met each surface, the samples of a pixel, sorted, and what a tile shows, with its groups.
+        let each = count(triangles) * 8 + u64::from(samples) * 160 + (3 << 20);
         let (need, most) = (shared + threads * each, execution.memory.unwrap_or(u64::MAX));
         if need > most {
             let (width, height) = (scene.render.width, scene.render.height);

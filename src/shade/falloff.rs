@@ -6,7 +6,7 @@
 
 use super::gather::total;
 use super::samples::Samples;
-use crate::raster::visibility::Group;
+use crate::raster::group::Group;
 use fearless_simd::{Simd, SimdBase};
 use glam::{DVec3, Vec3};
 

@@ -9,7 +9,7 @@ use super::samples::{Places, Rays, Samples, Sums};
 use super::texels::Textured;
 use super::{Shader, gather};
 use crate::raster::LANES;
-use crate::raster::visibility::Group;
+use crate::raster::group::Group;
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16};
 use glam::{Vec3, Vec4};

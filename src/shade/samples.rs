@@ -2,8 +2,8 @@
 //! and which pixels they belong to.
 
 use super::{Falloff, Place};
+use crate::raster::group::{Group, batches_of};
 use crate::raster::view::{Batch, Pattern, from_center};
-use crate::raster::visibility::{Group, batches_of};
 use crate::raster::{BATCHES, LANES, TILE};
 use fearless_simd::{Simd, SimdBase, f32x16};
 use glam::{Vec2, Vec3, Vec4};

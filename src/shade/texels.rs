@@ -10,7 +10,7 @@ use super::filter::{self, Choice};
 use super::gather;
 use super::look::{Bilinear4, Look};
 use super::samples::{Places, Samples};
-use crate::raster::visibility::Group;
+use crate::raster::group::Group;
 use crate::raster::{BATCHES, LANES};
 use crate::scene::{Material, Smooth, Texture};
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
