@@ -5,10 +5,10 @@
 //! point, that it lies outside an edge or behind what is there. Sums are taken in the same order at corners
 //! and inside, so rounding is monotonic and the corner's word is exact.
 
-use super::TILE;
 use super::kernel::{Functions, Opaque, Visit};
 use super::view::Batch;
 use super::visibility::{REGION, Visibility};
+use super::{LANES, TILE};
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16, mask32x16, u32x16};
 
 /// See [`draw`].
@@ -45,6 +45,7 @@ pub(super) fn draw<S: Simd>(
     let (z_right, z_down) = (farthest(simd, zx, size.0), farthest(simd, zy, size.1));
     // A few blocks are visited sooner than their regions are looked at.
     let few = (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW;
+    let is_plain = !visit.cutout && visit.near.is_none();
     for region_row in y0 / REGION..=y1 / REGION {
         let top = (region_row * REGION) as f32 * step.1 - half;
         let (a_row, b_row) = (a0 + ay * (a_down + top), b0 + by * (b_down + top));
@@ -78,6 +79,18 @@ pub(super) fn draw<S: Simd>(
                 else {
                     continue;
                 };
+                if is_plain {
+                    let x = *columns.start() as f32 * step.0 - half;
+                    let edges = [[ra, ax], [rb, bx], [rc, cx]];
+                    let row = Row { edges, depth: [rz, zx], candidates, id, x, step: step.0 };
+                    drawn |= match depths.len() {
+                        1 => row.draw::<1>(simd, depths, ids),
+                        2 => row.draw::<2>(simd, depths, ids),
+                        3 => row.draw::<3>(simd, depths, ids),
+                        _ => row.draw::<REGION>(simd, depths, ids),
+                    };
+                    continue;
+                }
                 for (column, (depth, ids)) in depths.iter_mut().zip(ids).enumerate() {
                     let column = columns.start() + column;
                     let x = column as f32 * step.0 - half;
@@ -111,5 +124,54 @@ pub(super) fn draw<S: Simd>(
                 seen.touch(region_column, region_row);
             }
         }
+    }
+}
+
+/// A triangle's functions along a row of blocks: each the value at `x` = 0 and its change with a pixel to the right.
+#[derive(Clone, Copy)]
+struct Row<S: Simd> {
+    edges: [[f32x16<S>; 2]; 3],
+    depth: [f32x16<S>; 2],
+    candidates: mask32x16<S>,
+    id: u32x16<S>,
+    /// The place of the first block, and the width of one.
+    x: f32,
+    step: f32,
+}
+
+impl<S: Simd> Row<S> {
+    /// Draws into the first `N` blocks of a row; tells whether any sample was hit. One branch a row, and not one a block: which
+    /// blocks are hit nothing foresees.
+    #[inline(always)]
+    fn draw<const N: usize>(&self, simd: S, depths: &mut [[f32; LANES]], ids: &mut [[u32; LANES]]) -> bool {
+        let (Some(depths), Some(ids)) = (depths.first_chunk_mut::<N>(), ids.first_chunk_mut::<N>()) else {
+            return false;
+        };
+        let zero = f32x16::splat(simd, 0.0);
+        let [[a, ax], [b, bx], [c, cx]] = self.edges;
+        let [z0, zx] = self.depth;
+        let mut z = [zero; N];
+        let mut hit = [self.candidates; N];
+        let mut any = self.candidates & !self.candidates;
+        for at in 0..N {
+            let x = self.x + at as f32 * self.step;
+            z[at] = z0 + zx * x;
+            hit[at] = (a + ax * x).simd_ge(zero)
+                & (b + bx * x).simd_ge(zero)
+                & (c + cx * x).simd_ge(zero)
+                & z[at].simd_gt(f32x16::load_array_ref(simd, &depths[at]))
+                & self.candidates;
+            any |= hit[at];
+        }
+        if !any.any_true() {
+            return false;
+        }
+        for at in 0..N {
+            let before = f32x16::load_array_ref(simd, &depths[at]);
+            hit[at].select(z[at], before).store_array(&mut depths[at]);
+            let old = u32x16::load_array_ref(simd, &ids[at]);
+            hit[at].select(self.id, old).store_array(&mut ids[at]);
+        }
+        true
     }
 }
