@@ -2,7 +2,7 @@
 //! and which pixels they belong to.
 
 use super::{Falloff, Place};
-use crate::raster::group::{Group, batches_of};
+use crate::raster::group::Group;
 use crate::raster::view::{Batch, Pattern, from_center};
 use crate::raster::{BATCHES, LANES, TILE};
 use fearless_simd::{Simd, SimdBase, f32x16};
@@ -89,13 +89,19 @@ impl LaneSums {
     /// The mean place of `lanes`, which are not none, from the block's corner.
     #[inline(always)]
     fn mean(&self, lanes: u64) -> Vec4 {
-        let mut sum = Vec4::ZERO;
-        for number in batches_of(lanes) {
+        let part = |number: usize| {
             let [a, b, c, d] = &self.sums[number % BATCHES];
-            let lanes = lanes >> (LANES * number);
+            let lanes = lanes >> (LANES * (number % BATCHES));
             let part = |sums: &[Vec4; 16], shift: u32| sums[(lanes >> shift) as usize & 15];
-            sum += part(a, 0) + part(b, 4) + part(c, 8) + part(d, 12);
-        }
+            part(a, 0) + part(b, 4) + part(c, 8) + part(d, 12)
+        };
+        let first = lanes.trailing_zeros() as usize / LANES % BATCHES;
+        // Which of several batches it has lanes of nothing foresees: sooner all of them, and zeros of some.
+        let sum = if lanes >> (LANES * first) >> LANES == 0 {
+            part(first)
+        } else {
+            part(0) + part(1) + part(2) + part(3)
+        };
         sum * INVERSE[lanes.count_ones() as usize % INVERSE.len()]
     }
 }
