@@ -1,7 +1,8 @@
 //! One tile: its samples through the rasterizer, grouped by what they see, shaded and summed.
 
+use super::looks::Looks;
 use super::pattern::{Splits, pattern};
-use super::picture::{Picture, patch};
+use super::picture::Picture;
 use super::resolve::Sum;
 use super::stages::{Stages, Stopwatch};
 use crate::raster::film::TileFilm;
@@ -12,7 +13,7 @@ use crate::raster::visibility::REGION;
 use crate::raster::{self, BATCHES, LANES, TILE};
 use crate::sampling;
 use crate::sampling::runs::Run;
-use crate::shade::{LaneSums, Look, Rays, Samples, SunSamples};
+use crate::shade::{LaneSums, Rays, Samples, SunSamples};
 use glam::{Vec2, Vec4};
 use std::cell::RefCell;
 use std::sync::Mutex;
@@ -24,7 +25,6 @@ pub(super) struct TileScratch {
     groups: Groups,
     /// A run of which each group lies in one batch.
     split: Vec<Group>,
-    /// By place among the tile's surfaces; made when first asked for.
     looks: RefCell<Looks>,
     /// What stood before the sun last.
     last: u32,
@@ -42,33 +42,6 @@ pub(super) struct Tally {
     /// Blocks that may have missed a light.
     pub unseen_light: u64,
     pub stages: Stages,
-}
-
-/// Looks by number, made when first asked for.
-#[derive(Default)]
-struct Looks {
-    /// One more than the place of each, or 0.
-    places: Vec<u32>,
-    made: Vec<Look>,
-}
-
-impl Looks {
-    fn clear(&mut self) {
-        self.places.clear();
-        self.made.clear();
-    }
-
-    fn get_or_make(&mut self, id: u32, make: impl FnOnce() -> Look) -> &Look {
-        let id = id as usize;
-        if id >= self.places.len() {
-            self.places.resize(id + 1, 0);
-        }
-        if self.places[id] == 0 {
-            self.made.push(make());
-            self.places[id] = self.made.len() as u32;
-        }
-        &self.made[self.places[id] as usize - 1]
-    }
 }
 
 /// A run of samples, how it is sorted into batches, and the regions of the tile that take part (bit `8 row + column`).
@@ -189,9 +162,12 @@ impl Picture<'_> {
                         (number, batch),
                         &|visit, block, lanes| {
                             let mut looks = looks.borrow_mut();
-                            let look = looks.get_or_make(visit.id, || self.look(&film, visit.first));
+                            self.make_look(&film, visit.id, visit.first, &mut looks);
                             let (corner, key) = self.corner(tile, &pattern, batch, block);
-                            self.shader.met(self.level, look, visit.triangle, (batch, corner), lanes, key)
+                            let met = |look| {
+                                self.shader.met(self.level, look, visit.triangle, (batch, corner), lanes, key)
+                            };
+                            looks.get(visit.id).map_or(lanes, met)
                         },
                     );
                     raster.keep(at);
@@ -220,10 +196,11 @@ impl Picture<'_> {
                     let soft = sun.is_soft().then(|| self.sun_squares(tile, &pattern, batch));
                     SunSamples { batch, sun, square: soft.unwrap_or_default(), pixel: &pixel }
                 });
-                for run in groups.sorted().chunk_by(|a, b| a.id == b.id) {
-                    let triangle = raster.surfaces().get(run[0].id as usize);
-                    let looks = looks.get_mut();
-                    let look = triangle.map(|&t| looks.get_or_make(run[0].id, || self.look(&film, t)));
+                let runs = || groups.sorted().chunk_by(|a, b| a.id == b.id);
+                let looks = looks.get_mut();
+                self.make_looks(&film, raster.surfaces(), runs().map(|run| run[0].id), looks);
+                for run in runs() {
+                    let look = looks.get(run[0].id);
                     let run = match look {
                         Some(look) if look.is_curved && batches.len() > 1 => {
                             split_by_batch(run, split);
@@ -285,21 +262,6 @@ impl Picture<'_> {
             [squares[0][lane], squares[1][lane]] = square;
         }
         squares
-    }
-
-    /// The number of the surface that a triangle is part of, and the triangle that stands for it.
-    fn patch(&self, triangle: u32) -> (u32, u32) {
-        patch(self.surfaces, self.alike, triangle)
-    }
-
-    /// The look of the surface that `triangle`, which may be seen in the tile, is part of.
-    fn look(&self, film: &TileFilm, triangle: u32) -> Look {
-        let corners = |t: u32| self.surfaces.triangles[t as usize].map(|i| self.positions[i as usize]);
-        let (_, reference) = self.patch(triangle);
-        let edges = || film.scaled_edges(corners(reference));
-        let mut look = self.shader.look(reference, edges, corners(reference), corners(triangle));
-        look.plane = self.shadows.as_ref().map(|sun| sun.plane(reference, film.depth(corners(reference))));
-        look
     }
 }
 

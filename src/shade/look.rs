@@ -29,27 +29,63 @@ pub(crate) struct Look {
     pub plane: Option<SurfacePlane>,
 }
 
+/// What a look is made of, as it lies in the scene.
+pub(crate) struct LookParts {
+    /// The triangle that stands for the surface.
+    pub triangle: u32,
+    pub material: u32,
+    /// Its corners in the lens frame, and those of a triangle of the surface that may be seen.
+    pub corners: [DVec3; 3],
+    pub seen: [DVec3; 3],
+    /// Texture coordinates of the corners, where a texture shows, and normals, where it has some.
+    pub texcoords: Option<[DVec2; 3]>,
+    pub normals: Option<[Vec3; 3]>,
+}
+
+impl LookParts {
+    /// Whether it looks different in different places.
+    pub(super) fn vary(&self) -> bool {
+        self.texcoords.is_some() || self.normals.is_some_and(|[a, b, c]| a != b || b != c)
+    }
+
+    /// Square to the triangle, of any length.
+    fn across(&self) -> DVec3 {
+        (self.corners[1] - self.corners[0]).cross(self.corners[2] - self.corners[0])
+    }
+
+    /// The texture coordinates between which the triangle that is seen has its own.
+    fn range(&self, uv: [DVec2; 3]) -> [DVec2; 2] {
+        if self.seen == self.corners {
+            return [uv[0].min(uv[1]).min(uv[2]), uv[0].max(uv[1]).max(uv[2])];
+        }
+        let across = self.across();
+        let at = self.seen.map(|p| {
+            let weight = |i: usize| {
+                let (a, b) = (self.corners[(i + 1) % 3] - p, self.corners[(i + 2) % 3] - p);
+                a.cross(b).dot(across) / across.length_squared()
+            };
+            let at = uv[0] * weight(0) + uv[1] * weight(1) + uv[2] * weight(2);
+            if at.is_finite() { at } else { uv[0] }
+        });
+        [at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2])]
+    }
+}
+
 impl Look {
-    /// From the edge functions about the tile's centre. Texture coordinates are `u`, `v` of the corners; where
-    /// the triangle is seen they lie between those of `range`.
-    pub(crate) fn new(
-        edges: &[[f64; 9]; 3],
-        material: u32,
-        texcoords: Option<[DVec2; 3]>,
-        range: [DVec2; 2],
-        normals: Option<[Vec3; 3]>,
-        face: Vec3,
-    ) -> Self {
+    /// From the edge functions about the tile's centre of the triangle that stands for the surface.
+    pub(crate) fn new(edges: &[[f64; 9]; 3], parts: &LookParts) -> Self {
         let sum = |corner: [DVec4; 3]| -> Bilinear4 {
             std::array::from_fn(|k| {
                 (corner[0] * edges[0][k] + corner[1] * edges[1][k] + corner[2] * edges[2][k]).as_vec4()
             })
         };
+        let &LookParts { material, texcoords, normals, .. } = parts;
         let mut anchor = [0; 2];
         let texture = texcoords.map(|t| {
             let weights = DVec3::new(edges[0][0], edges[1][0], edges[2][0]);
             let center = (t[0] * weights.x + t[1] * weights.y + t[2] * weights.z) / weights.element_sum();
-            let center = if center.is_finite() { center.clamp(range[0], range[1]) } else { range[0] };
+            let [low, high] = parts.range(t);
+            let center = if center.is_finite() { center.clamp(low, high) } else { low };
             // Down is against v. A 256th is exact in single precision, and so is what is left of the corners.
             let start = (DVec2::new(center.x, 1.0 - center.y) * 256.0).round();
             anchor = (start - (start / 256.0).floor() * 256.0).to_array().map(|part| part as u32 & 255);
@@ -57,13 +93,16 @@ impl Look {
             sum(t.map(|uv| DVec4::new(uv.x - start.x, (1.0 - uv.y) - start.y, 1.0, 0.0)))
         });
         // Equal normals make a flat triangle: nothing to interpolate.
-        let flat = normals.is_some_and(|[a, b, c]| a == b && b == c);
+        let flat = normals.filter(|[a, b, c]| a == b && b == c);
         Self {
             material,
             texture,
             anchor,
-            normal: if flat { None } else { normals.map(|n| sum(n.map(|n| n.as_dvec3().extend(0.0)))) },
-            face: if let (true, Some(n)) = (flat, normals) { n[0] } else { face },
+            normal: normals.filter(|_| flat.is_none()).map(|n| sum(n.map(|n| n.as_dvec3().extend(0.0)))),
+            face: match flat {
+                Some([n, ..]) => n,
+                None => crate::camera::unit(parts.across()).unwrap_or(DVec3::Z).as_vec3(),
+            },
             is_curved: normals.is_some_and(|[a, b, c]| a.dot(b).min(b.dot(c)).min(c.dot(a)) < NEARLY_FLAT),
             lit: [Vec3::ZERO; 2],
             plane: None,

@@ -25,14 +25,14 @@ mod sun;
 mod texels;
 
 pub(crate) use falloff::Falloff;
-pub(crate) use look::Look;
+pub(crate) use look::{Look, LookParts};
 pub(crate) use samples::{LaneSums, Rays, Samples};
 pub(crate) use shadowed::SunSamples;
 pub(crate) use sight::Sight;
 pub(crate) use sun::ShadowSun;
 
 use crate::scene::{NONE, Sky, Sun, Surfaces};
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// What shading needs of a scene, in the lens frame of one camera.
@@ -86,15 +86,9 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// What all samples that see a surface in a tile share. From the triangle that stands for the surface, its
-    /// edge functions there and its corners in the lens frame; and the corners of one triangle that may be seen.
-    pub(crate) fn look(
-        &self,
-        triangle: u32,
-        edges: impl FnOnce() -> [[f64; 9]; 3],
-        corners: [DVec3; 3],
-        seen: [DVec3; 3],
-    ) -> Look {
+    /// What the look of a surface is made of: the triangle that stands for it, its corners in the lens frame, and those of one
+    /// triangle that may be seen.
+    pub(crate) fn parts(&self, triangle: u32, corners: [DVec3; 3], seen: [DVec3; 3]) -> LookParts {
         let attributes = &self.surfaces.attributes[triangle as usize];
         let material = &self.surfaces.materials[attributes.material as usize];
         let texcoords = (attributes.texcoords[0] != NONE
@@ -102,26 +96,13 @@ impl<'a> Shader<'a> {
         .then(|| attributes.texcoords.map(|i| self.surfaces.texcoords[i as usize].as_dvec2()));
         let normals =
             (attributes.normals[0] != NONE).then(|| attributes.normals.map(|i| self.normals[i as usize]));
-        let across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-        let face = crate::camera::unit(across).unwrap_or(DVec3::Z).as_vec3();
-        let range = texcoords.map_or([DVec2::ZERO; 2], |uv| {
-            if seen == corners {
-                return [uv[0].min(uv[1]).min(uv[2]), uv[0].max(uv[1]).max(uv[2])];
-            }
-            let at = seen.map(|p| {
-                let weight = |i: usize| {
-                    let (a, b) = (corners[(i + 1) % 3] - p, corners[(i + 2) % 3] - p);
-                    a.cross(b).dot(across) / across.length_squared()
-                };
-                let at = uv[0] * weight(0) + uv[1] * weight(1) + uv[2] * weight(2);
-                if at.is_finite() { at } else { uv[0] }
-            });
-            [at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2])]
-        });
-        // A flat surface without a texture is the same everywhere.
-        let varies = texcoords.is_some() || normals.is_some_and(|[a, b, c]| a != b || b != c);
-        let edges = if varies { edges() } else { [[0.0; 9]; 3] };
-        let mut look = Look::new(&edges, attributes.material, texcoords, range, normals, face);
+        LookParts { triangle, material: attributes.material, corners, seen, texcoords, normals }
+    }
+
+    /// What all samples that see a surface in a tile share. `edges` are the functions there of the triangle that stands for it.
+    pub(crate) fn look(&self, parts: &LookParts, edges: impl FnOnce() -> [[f64; 9]; 3]) -> Look {
+        let edges = if parts.vary() { edges() } else { [[0.0; 9]; 3] };
+        let mut look = Look::new(&edges, parts);
         look.lit = [self.light(look.face), self.light(-look.face)];
         look
     }
