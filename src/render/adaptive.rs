@@ -122,23 +122,28 @@ impl Progressive<'_> {
         let choose =
             |pilot: &[TileBlocks], falling| base(pilot, Goal::Error(goal), falling, MOST_FOR_ERROR, entries);
         let look = choose(&pilot, USUAL_FALL).min(MOST_FOR_PILOT);
-        self.clear(look);
-        let mut more = self.pilot(tiles, look, execution)?;
-        // How the error falls is known now, and more at once may be wanted.
-        let falling = pilot::fall(&pilot, &more).unwrap_or(USUAL_FALL);
-        let first = choose(&more, falling).max(look);
+        let (mut seen, mut falling, mut first) = (pilot, USUAL_FALL, FIRST_RUN);
+        if look > FIRST_RUN {
+            self.clear(look);
+            let more = self.pilot(tiles, look, execution)?;
+            // How the error falls is known now, and more at once may be wanted.
+            falling = pilot::fall(&seen, &more).unwrap_or(USUAL_FALL);
+            (first, seen) = (choose(&more, falling).max(look), more);
+        }
         if first > look {
             self.clear(first);
-            more = self.pilot(tiles, first, execution)?;
+            seen = self.pilot(tiles, first, execution)?;
         }
-        let forecast = Forecast::new(&more, Goal::Error(SURE * goal), ROUNDS_FALL, MOST_FOR_ERROR);
-        let mut before = self.first_round(&forecast, execution)?;
+        let forecast = Forecast::new(&seen, Goal::Error(SURE * goal), ROUNDS_FALL, MOST_FOR_ERROR);
+        self.first_round(&forecast, execution)?;
+        let mut before = None;
         loop {
             let goal = allowed * self.picture.values() / (1.0 + self.uncertainty());
             if self.squared_error() <= goal {
                 return Ok(());
             }
             let blocks = self.blocks();
+            let before = before.replace(blocks.clone()).unwrap_or_else(|| self.after_first());
             let falling = fall(&before, &blocks).unwrap_or(falling);
             let mut wanted = allocate(&blocks, columns, Goal::Error(AIM * goal), falling, MOST_FOR_ERROR);
             if wanted.iter().zip(&blocks).all(|(&wanted, block)| wanted <= block.samples) {
@@ -149,7 +154,6 @@ impl Progressive<'_> {
                 }
             }
             self.round(&wanted, execution, &|| false)?;
-            before = blocks;
         }
     }
 

@@ -92,7 +92,15 @@ impl Picture<'_> {
     /// What edges may hide in blocks of so many samples: squared errors.
     pub(super) fn hidden(&self, tile: (u32, u32), sums: &[Sum], samples: &ByBlock<u32>) -> ByBlock<f64> {
         let contrasts = self.contrasts(tile, sums, (samples, samples));
-        std::array::from_fn(|block| self.missed(samples[block]) * contrasts[block])
+        self.all_missed(samples, &contrasts)
+    }
+
+    /// As many squared errors as blocks, by their squared contrasts.
+    pub(super) fn all_missed(&self, samples: &ByBlock<u32>, contrasts: &ByBlock<f64>) -> ByBlock<f64> {
+        std::array::from_fn(|block| match contrasts[block] {
+            0.0 => 0.0,
+            contrast => self.missed(samples[block]) * contrast,
+        })
     }
 }
 

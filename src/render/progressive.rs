@@ -121,18 +121,17 @@ impl<'a> Progressive<'a> {
         self.draw(wanted, None, execution, late)
     }
 
-    /// Gives each block the first run and, while its tile's triangles are set up, what `forecast` says from there. Tells what
-    /// the blocks were after the first run.
-    pub(super) fn first_round(
-        &mut self,
-        forecast: &Forecast,
-        execution: &Execution<'_>,
-    ) -> Result<Vec<Block>> {
+    /// Gives each block the first run and, while its tile's triangles are set up, what `forecast` says from there.
+    pub(super) fn first_round(&mut self, forecast: &Forecast, execution: &Execution<'_>) -> Result<()> {
         let wanted = vec![self.samples.base(); self.errors.len()];
-        self.draw(&wanted, Some(forecast), execution, &|| false)?;
-        let after_first =
+        self.draw(&wanted, Some(forecast), execution, &|| false)
+    }
+
+    /// What the blocks were after the first run.
+    pub(super) fn after_first(&self) -> Vec<Block> {
+        let as_first =
             |(block, &error): (Block, &f64)| Block { samples: self.samples.base(), error, ..block };
-        Ok(self.blocks().into_iter().zip(&self.first).map(after_first).collect())
+        self.blocks().into_iter().zip(&self.first).map(as_first).collect()
     }
 
     fn draw(

@@ -132,13 +132,16 @@ impl<'a> TileRound<'a> {
         let Runs { mut tally, changed: begun, plain: first } = first;
         let (mut changed, mut plain) = (begun, first);
         let cost = if self.cost > 0.0 { self.cost } else { tally.cost() };
+        let mut known = None;
         if let Some(forecast) = forecast {
             let picture = self.picture;
-            let much = self.edges.is_much.then(|| picture.hidden(self.tile, self.sums, &begun));
-            let found = self.errors(&begun, &first, &much.unwrap_or_default());
+            known = self.edges.is_much.then(|| picture.contrasts(self.tile, self.sums, (&begun, &begun)));
+            let hidden = known.map(|contrasts| picture.all_missed(&begun, &contrasts)).unwrap_or_default();
+            let found = self.errors(&begun, &first, &hidden);
             let wanted = self.forecast(forecast, &begun, &found, cost);
             if let Some(more) = self.runs(begun, wanted, is_set_up) {
                 tally.add(&more.tally);
+                known = None;
                 for block in (0..changed.len()).filter(|&block| more.changed[block] > 0) {
                     (changed[block], plain[block]) = (more.changed[block], more.plain[block]);
                 }
@@ -147,10 +150,9 @@ impl<'a> TileRound<'a> {
         // From all that is there now. (Found after the first run of every picture it took 2 % of the city's time.)
         let mut watch = Stopwatch::start(self.execution.clock);
         let reached = std::array::from_fn(|block| now[block].max(changed[block]));
-        let contrasts = self.picture.contrasts(self.tile, self.sums, (&reached, &changed));
-        let hidden = |samples: &ByBlock<u32>| {
-            std::array::from_fn(|block| self.picture.missed(samples[block]) * contrasts[block])
-        };
+        let all = || self.picture.contrasts(self.tile, self.sums, (&reached, &changed));
+        let contrasts = known.unwrap_or_else(all);
+        let hidden = |samples: &ByBlock<u32>| self.picture.all_missed(samples, &contrasts);
         let (first, hidden) = (self.errors(&begun, &first, &hidden(&begun)), hidden(&changed));
         let errors = self.errors(&changed, &plain, &hidden);
         watch.lap(&mut tally.stages.resolve);
