@@ -90,6 +90,22 @@ fn several_libraries_and_names_with_spaces_are_found() -> Result<()> {
 }
 
 #[test]
+fn of_two_materials_with_one_name_the_later_counts_and_that_is_said() -> Result<()> {
+    let load = |mtl: &str| {
+        let obj = format!("mtllib a.mtl\nusemtl a\n{TRIANGLE}");
+        let files = Memory::new().with("scene/a.obj", text(obj)).with("scene/a.mtl", text(mtl));
+        load(&files, "a.obj")
+    };
+    let (model, warnings) = load("newmtl a\nKd 1 0 0\nnewmtl b\nnewmtl a\nKd 0 1 0\nnewmtl b\nd 0.5\n")?;
+    assert_eq!(model.materials[0].diffuse, [0.0, 1.0, 0.0]);
+    // No face shows what became of `b`.
+    assert_eq!(warnings, ["a.mtl:4: there was a material `a` in a.mtl:1; this one is used"]);
+    let (_, warnings) = load("newmtl a\nKd 1 0 0\nnewmtl a\nKd 1 0 0\n")?;
+    assert!(warnings.is_empty(), "{warnings:?}");
+    Ok(())
+}
+
+#[test]
 fn the_digest_is_of_bytes_not_of_paths() -> Result<()> {
     let digest = |folder: &str, texel: u8| {
         let obj = format!("mtllib a.mtl\nusemtl a\n{TRIANGLE}");

@@ -93,7 +93,7 @@ fn odd_meshes_load_warn_or_fail_as_the_rules_say() {
         (
             "a material twice, the last counts",
             mtl("usemtl a\nf 1 2 3\n", "newmtl a\nKd 1 0 0\nnewmtl a\nKd 0 1 0\n"),
-            Loads(1),
+            Warns(1, "a.mtl:3"),
         ),
         (
             "tabs and trailing spaces in names",

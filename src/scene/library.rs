@@ -30,6 +30,21 @@ pub(crate) struct Written {
     pub(crate) folder: PathBuf,
 }
 
+impl Written {
+    /// Of two materials with one name the later counts, which shows if they differ.
+    fn warn_if_replaced(&self, before: &Self, warnings: &mut Warnings) {
+        let line = self.entry.line;
+        if self.folder != before.folder || self.entry.differs(&before.entry) {
+            let message = || {
+                let (file, line) = (shown(&before.file), before.entry.line);
+                let name = self.entry.names.first().map(|name| shown(name)).unwrap_or_default();
+                format!("there was a material `{name}` in {file}:{line}; this one is used")
+            };
+            warnings.add(&self.file, Some(line), &format!("newmtl {line}"), message);
+        }
+    }
+}
+
 /// Reads the libraries that the OBJ names, in its order, each once; in about `most` bytes of memory.
 pub(crate) fn read_libraries(
     source: &dyn Source,
@@ -126,10 +141,13 @@ pub(crate) fn choose(
     warnings: &mut Warnings,
 ) -> Chosen {
     // The whole name goes before what is left of it when its end is taken for a comment.
-    let (mut whole, mut short) = (HashMap::new(), HashMap::new());
+    let (mut whole, mut short, mut replaced) = (HashMap::new(), HashMap::new(), HashMap::new());
     for (at, written) in library.iter().enumerate() {
         for (rank, name) in written.entry.names.iter().enumerate() {
-            if rank == 0 { &mut whole } else { &mut short }.insert(name.as_str(), at);
+            let before = if rank == 0 { &mut whole } else { &mut short }.insert(name.as_str(), at);
+            if let (0, Some(before)) = (rank, before) {
+                replaced.insert(at, before);
+            }
         }
     }
     let mut chosen =
@@ -153,6 +171,9 @@ pub(crate) fn choose(
                 let place = *places.entry(at).or_insert(next);
                 if place == next {
                     chosen.used.push(at);
+                    if let Some(before) = replaced.get(&at).and_then(|&before| library.get(before)) {
+                        library[at].warn_if_replaced(before, warnings);
+                    }
                 }
                 chosen.targets[index] = place;
             }

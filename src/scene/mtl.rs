@@ -29,11 +29,23 @@ pub(crate) struct Map {
 pub(crate) struct Entry {
     /// Its name, with single spaces; if that may end in a comment, without it too.
     pub(crate) names: Vec<String>,
+    /// Line of its `newmtl`, from 1.
+    pub(crate) line: usize,
     pub(crate) diffuse: Option<[f32; 3]>,
     pub(crate) emission: [f32; 3],
     pub(crate) coverage: Option<f32>,
     pub(crate) diffuse_map: Option<Map>,
     pub(crate) opacity_map: Option<Map>,
+}
+
+impl Entry {
+    /// Whether it looks otherwise than one in the same folder.
+    pub(crate) fn differs(&self, other: &Self) -> bool {
+        let colours = |entry: &Self| (entry.diffuse, entry.emission, entry.coverage);
+        let map = |map: &Option<Map>| map.as_ref().map(|map| (map.name.clone(), map.scale, map.offset));
+        let maps = |entry: &Self| [map(&entry.diffuse_map), map(&entry.opacity_map)];
+        colours(self) != colours(other) || maps(self) != maps(other)
+    }
 }
 
 /// Reads an MTL; `file` names it in warnings.
@@ -94,7 +106,7 @@ impl Work<'_> {
             let names = super::text::readings(statement.rest()).map(squeezed).collect();
             // Writing to a string cannot fail.
             let _ = writeln!(self.text, "newmtl m{}", self.entries.len());
-            self.entries.push(Entry { names, ..Entry::default() });
+            self.entries.push(Entry { names, line: statement.line, ..Entry::default() });
             return;
         }
         if !matches!(keyword, "Kd" | "Ke" | "d" | "Tr" | "map_Kd" | "map_d" | "map_Ke" | "decal") {
