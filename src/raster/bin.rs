@@ -25,8 +25,9 @@ pub(crate) struct Triangles<'a> {
 }
 
 /// A triangle that may be seen, with all that tiles ask of it: they come by in the order of depth, so each place more that
-/// they would have to look at is one that memory has to bring.
+/// they would have to look at is one that memory has to bring. Half a line of the cache, never in two.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(align(32))]
 pub(crate) struct Candidate {
     /// Its number in the scene.
     pub triangle: u32,
@@ -34,18 +35,42 @@ pub(crate) struct Candidate {
     pub nearest: f32,
     /// Its corners, as numbers of vertices.
     pub vertices: [u32; 3],
+    /// Its surface, and above that [`Candidate::INSIDE`] and [`Candidate::CUTOUT`].
+    surface: u32,
+    /// The pixels that it can reach from the first cell of the lens.
+    pixels: PixelBox,
+}
+
+/// Numbers of surfaces are less than this.
+pub(crate) const MOST_SURFACES: usize = 1 << 30;
+
+impl Candidate {
+    const INSIDE: u32 = 1 << 31;
+    const CUTOUT: u32 = 1 << 30;
+
     /// The surface that it is part of. Which surface is seen is all that is told of a sample.
-    pub surface: u32,
+    #[inline(always)]
+    pub(crate) fn surface(&self) -> u32 {
+        self.surface & !(Self::INSIDE | Self::CUTOUT)
+    }
+
     /// Whether all of its corners lie in the frustum.
-    pub is_inside: bool,
+    #[inline(always)]
+    pub(crate) fn is_inside(&self) -> bool {
+        self.surface & Self::INSIDE != 0
+    }
+
     /// Whether samples may pass through it.
-    pub is_cutout: bool,
+    #[inline(always)]
+    pub(crate) fn is_cutout(&self) -> bool {
+        self.surface & Self::CUTOUT != 0
+    }
 }
 
 /// The candidates, and which of them may touch which tile.
 pub(crate) struct Bins {
     candidates: Vec<Candidate>,
-    /// For each candidate and cell the pixels that it can reach.
+    /// For each candidate and cell the pixels that it can reach; empty where there is one cell.
     boxes: Vec<PixelBox>,
     cells: usize,
     /// Places in `candidates`, nearest first.
@@ -79,50 +104,63 @@ impl Bins {
             .filter(|_| !stop())
             .map(|(chunk, all)| {
                 let mut found = Found::default();
+                found.candidates.reserve(all.len());
+                found.tiles.reserve(all.len());
+                let mut each = vec![PixelBox::EMPTY; cells.len()];
                 for (t, &vertices) in (chunk * CHUNK..).zip(all) {
                     let triangle = t as u32;
-                    let each = (0..cells.len()).map(|cell| boxes.of(triangle, vertices, cell));
-                    let first = found.boxes.len();
-                    found.boxes.extend(each);
-                    let all = found.boxes[first..].iter().copied().fold(PixelBox::EMPTY, PixelBox::union);
-                    let Some(tiles) = tiles(view, all) else {
-                        found.boxes.truncate(first);
-                        continue;
-                    };
+                    for (cell, pixels) in each.iter_mut().enumerate() {
+                        *pixels = boxes.of(triangle, vertices, cell);
+                    }
+                    let all = each.iter().copied().fold(PixelBox::EMPTY, PixelBox::union);
+                    let Some(tiles) = tiles(view, all) else { continue };
                     let [a, b, c] = vertices.map(|v| positions[v as usize].z);
                     let key = key(a.min(b).min(c));
-                    let (nearest, is_inside) = (f32::from_bits(key), boxes.are_inside(vertices));
                     let (surface, is_cutout) = (triangles.surface)(triangle);
+                    let inside = if boxes.are_inside(vertices) { Candidate::INSIDE } else { 0 };
+                    let cutout = if is_cutout { Candidate::CUTOUT } else { 0 };
                     found.candidates.push(Candidate {
                         triangle,
-                        nearest,
+                        nearest: f32::from_bits(key),
                         vertices,
-                        surface,
-                        is_inside,
-                        is_cutout,
+                        surface: surface | inside | cutout,
+                        pixels: each[0],
                     });
+                    if each.len() > 1 {
+                        found.boxes.extend_from_slice(&each);
+                    }
                     found.tiles.push(tiles);
                 }
                 found
             })
             .collect();
         drop(boxes);
-        let together = Found {
-            candidates: concat(&found, |found| &found.candidates, stop),
-            boxes: concat(&found, |found| &found.boxes, stop),
-            tiles: concat(&found, |found| &found.tiles, stop),
+        let order = || {
+            let mut keys = Vec::with_capacity(found.iter().map(|found| found.candidates.len()).sum());
+            for found in found.iter().take_while(|_| !stop()) {
+                let first = keys.len() as u32;
+                keys.extend(found.candidates.iter().map(|found| found.nearest.to_bits()).zip(first..));
+            }
+            by_key(keys)
         };
+        // Neither is divided among threads, so side by side.
+        let (together, order) = rayon::join(
+            || Found {
+                candidates: concat(&found, |found| &found.candidates, stop),
+                boxes: concat(&found, |found| &found.boxes, stop),
+                tiles: concat(&found, |found| &found.tiles, stop),
+            },
+            order,
+        );
         drop(found);
         // What is stopped on the way is not of one length.
-        let Found { candidates, boxes, tiles } = if stop() { Found::default() } else { together };
-        let keys: Vec<u32> = candidates.par_iter().map(|candidate| candidate.nearest.to_bits()).collect();
-        let order = by_key(&keys);
-        let order = if stop() { Vec::new() } else { order };
+        let (together, order) = if stop() { (Found::default(), Vec::new()) } else { (together, order) };
+        let Found { candidates, boxes, tiles } = together;
         let tiles: Vec<Tiles> = order.par_iter().map(|&place| tiles[place as usize]).collect();
         let lists = TileLists::new(tiles_x, tiles_y, &tiles);
         let corners = |place: u32| {
             let candidate = &candidates[place as usize];
-            candidate.is_inside.then(|| candidate.vertices.map(|v| positions[v as usize]))
+            candidate.is_inside().then(|| candidate.vertices.map(|v| positions[v as usize]))
         };
         let loose = loose::find(view, &order, &tiles, corners);
         Self { candidates, boxes, order, loose, cells: cells.len(), lists, tiles_x, tiles_y }
@@ -164,6 +202,10 @@ impl Bins {
             out.candidates[at] = self.candidates[out.places[at] as usize];
         }
         out.boxes.truncate(first * self.cells);
+        if self.cells == 1 {
+            out.boxes.extend(out.candidates[first..out.count].iter().map(|candidate| candidate.pixels));
+            return;
+        }
         for place in &out.places[first..out.count] {
             let start = *place as usize * self.cells;
             out.boxes.extend_from_slice(&self.boxes[start..start + self.cells]);

@@ -9,7 +9,7 @@ use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, f64x8, m
 use glam::{DVec3, DVec4};
 
 /// Pixels `x0..=x1` by `y0..=y1`; empty when `x0 > x1`. Clamped to one pixel outside of the picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct PixelBox {
     pub x0: i16,
     pub x1: i16,

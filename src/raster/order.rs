@@ -8,18 +8,17 @@ pub(super) fn key(depth: f64) -> u32 {
     (depth.max(0.0) as f32).to_bits()
 }
 
-/// The places of `keys` by rising key, equal ones in their order.
-pub(super) fn by_key(keys: &[u32]) -> Vec<u32> {
+/// The places of (key, place) by rising key, equal ones in their order.
+pub(super) fn by_key(mut sorted: Vec<(u32, u32)>) -> Vec<u32> {
     const BINS: usize = 1 << DIGIT;
     let digit = |key: u32, pass: usize| (key >> (DIGIT * pass as u32)) as usize % BINS;
     let mut counts = [[0u32; BINS]; 3];
-    for &key in keys {
+    for &(key, _) in &sorted {
         for (pass, counts) in counts.iter_mut().enumerate() {
             counts[digit(key, pass)] += 1;
         }
     }
-    let mut sorted: Vec<(u32, u32)> = keys.iter().zip(0..).map(|(&key, place)| (key, place)).collect();
-    let mut spare = vec![(0, 0); keys.len()];
+    let mut spare = vec![(0, 0); sorted.len()];
     for (pass, counts) in counts.iter_mut().enumerate() {
         let mut next = 0;
         for count in counts.iter_mut() {
@@ -50,7 +49,7 @@ mod tests {
             .collect();
         let mut wanted: Vec<u32> = (0..5000).collect();
         wanted.sort_by_key(|&place| keys[place as usize]);
-        assert_eq!(by_key(&keys), wanted);
-        assert!(by_key(&[]).is_empty());
+        assert_eq!(by_key(keys.into_iter().zip(0..).collect()), wanted);
+        assert!(by_key(Vec::new()).is_empty());
     }
 }

@@ -146,10 +146,11 @@ impl TileScratch {
             // As with candidates: all from memory at once. Those that this finds are new to the tile, or met by one before.
             let mut met = [(0, 0); LANES];
             for lane in found.clone() {
-                met[lane] = self.met[next.candidates[lane].surface as usize];
+                met[lane] = self.met[next.candidates[lane].surface() as usize];
             }
             for lane in found {
-                let Candidate { triangle, surface, .. } = next.candidates[lane];
+                let Candidate { triangle, .. } = next.candidates[lane];
+                let surface = next.candidates[lane].surface();
                 if met[lane].0 != self.tiles {
                     let now = &mut self.met[surface as usize];
                     if now.0 != self.tiles {
@@ -241,10 +242,10 @@ impl TileScratch {
             }
             depths[lane] = candidate.nearest;
             block.triangles[lane] = candidate.triangle;
-            block.imaged |= u16::from(candidate.is_inside && is_narrow) << lane;
+            block.imaged |= u16::from(candidate.is_inside() && is_narrow) << lane;
             let near = f64::from(candidate.nearest) < geometry.view.near * (1.0 + 1e-6);
             block.near |= u16::from(near) << lane;
-            block.cutout |= u16::from(candidate.is_cutout) << lane;
+            block.cutout |= u16::from(candidate.is_cutout()) << lane;
         }
         film.set_up(level, &corners, &depths, block);
         block.live &= (0xffff_u32 >> (LANES - self.next.count)) as u16;

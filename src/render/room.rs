@@ -4,7 +4,7 @@ use super::Execution;
 use super::picture::Sequence;
 use crate::error::{Error, ErrorKind, Result, memory};
 use crate::raster::TILE;
-use crate::raster::bin::Bins;
+use crate::raster::bin::{Bins, MOST_SURFACES};
 use crate::sampling::Diffraction;
 use crate::scene::Scene;
 
@@ -32,6 +32,11 @@ impl Room {
     pub(super) fn new(scene: &Scene, sequence: Sequence, execution: &Execution<'_>) -> Result<Self> {
         let count = |length: usize| length as u64;
         let (vertices, triangles) = (scene.surfaces.positions.len(), scene.surfaces.triangles.len());
+        if triangles >= MOST_SURFACES {
+            let message = format!("a scene of {triangles} triangles is too large to draw");
+            return Err(Error::new(ErrorKind::TooLarge, message)
+                .remedy(format!("leave out meshes: less than {MOST_SURFACES} can be drawn")));
+        }
         let threads = count(rayon::current_num_threads());
         let tiles = |side: u32| u64::from(side.div_ceil(TILE) * TILE);
         let pixels = tiles(scene.render.width) * tiles(scene.render.height);
