@@ -36,12 +36,6 @@ impl<S: Simd> Coordinates<S> {
         Self([at_lens(k, 0, u, v), at_lens(k, 1, u, v), at_lens(k, 2, u, v)])
     }
 
-    /// In place of those of a batch that is not there.
-    #[inline(always)]
-    pub(super) fn none(simd: S) -> Self {
-        Self([[f32x16::splat(simd, 0.0); 3]; 3])
-    }
-
     /// For a batch's samples, as functions of their block's place.
     #[inline(always)]
     pub(super) fn of_batch(simd: S, k: &Bilinear4, batch: &Batch) -> Self {

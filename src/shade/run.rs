@@ -43,11 +43,11 @@ fn surface<S: Simd>(
     let material = &shader.surfaces.materials[look.material as usize];
     let diffuse = Vec3::from(material.diffuse).extend(0.0);
     let emission = Vec3::from(material.emission).extend(0.0);
-    let texture = Textured::new(simd, material, look, samples);
+    let mut texture = Textured::new(material, look, samples);
     for chunk in groups.chunks(LANES) {
         let at = samples.places(simd, chunk);
         let (light, unsure) = light(simd, shader, look, samples, chunk, &at);
-        let reads = texture.as_ref().map(|texture| texture.sums(simd, chunk, &at));
+        let reads = texture.as_mut().map(|texture| texture.sums(simd, chunk, &at));
         for (i, group) in chunk.iter().enumerate().take(LANES) {
             let counts = samples.counts(group);
             let lights = match &look.normal {

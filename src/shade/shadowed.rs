@@ -215,7 +215,7 @@ fn surface<S: Simd>(
     let [diffuse, emission] = [material.diffuse, material.emission].map(|c| Vec3::from(c).extend(0.0));
     let color = diffuse * shader.sun.map_or(Vec4::ZERO, |(_, color)| color.extend(0.0));
     let ambient = diffuse * shader.ambient.extend(0.0);
-    let texture = Textured::new(simd, material, look, samples).map(|texture| {
+    let mut texture = Textured::new(material, look, samples).map(|texture| {
         let shared = texture.shared(simd, groups, &samples.places(simd, groups));
         (texture, shared)
     });
@@ -230,7 +230,7 @@ fn surface<S: Simd>(
             total[usize::from(batch.odd >> lane & 1)] += weights[lane];
         }
         let mut colors = [0, 1].map(|half: usize| (emission + ambient) * counts[half] + color * total[half]);
-        if let Some((texture, shared)) = &texture {
+        if let Some((texture, shared)) = &mut texture {
             let (all, lit) = if shared.which >> i & 1 == 1 {
                 let texel = shared.texels[i];
                 (counts.map(|count| texel * count), total.map(|total| texel * total))

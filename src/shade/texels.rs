@@ -11,6 +11,7 @@ use super::gather;
 use super::look::{Bilinear4, Look};
 use super::samples::{Places, Samples};
 use crate::raster::group::Group;
+use crate::raster::view::Batch;
 use crate::raster::{BATCHES, LANES};
 use crate::scene::{Material, Smooth, Texture};
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
@@ -28,8 +29,9 @@ pub(super) struct Textured<'a, S: Simd> {
     look: &'a Look,
     samples: &'a Samples<'a>,
     functions: &'a Bilinear4,
-    /// At the samples of each batch, as functions of their block's place.
-    coordinates: [Coordinates<S>; BATCHES],
+    /// At the samples of each batch, as functions of their block's place; none before a group's samples look by themselves, which
+    /// most surfaces' do not.
+    coordinates: [Option<Coordinates<S>>; BATCHES],
 }
 
 /// Look-ups at the mean places of 16 groups.
@@ -44,23 +46,14 @@ pub(super) struct Shared {
 impl<'a, S: Simd> Textured<'a, S> {
     /// None without a texture.
     #[inline(always)]
-    pub(super) fn new(
-        simd: S,
-        material: &'a Material,
-        look: &'a Look,
-        samples: &'a Samples<'a>,
-    ) -> Option<Self> {
+    pub(super) fn new(material: &'a Material, look: &'a Look, samples: &'a Samples<'a>) -> Option<Self> {
         let (map, functions) = (material.diffuse_map.as_deref()?, look.texture.as_ref()?);
-        let mut coordinates = [Coordinates::none(simd); BATCHES];
-        for (coordinates, batch) in coordinates.iter_mut().zip(samples.batches) {
-            *coordinates = Coordinates::of_batch(simd, functions, batch);
-        }
-        Some(Self { map, look, samples, functions, coordinates })
+        Some(Self { map, look, samples, functions, coordinates: [None; BATCHES] })
     }
 
     /// What `groups`, whose mean places are `at`, read.
     #[inline(always)]
-    pub(super) fn sums(&self, simd: S, groups: &[Group], at: &Places<S>) -> Reads {
+    pub(super) fn sums(&mut self, simd: S, groups: &[Group], at: &Places<S>) -> Reads {
         let mut reads = [Vec4::ZERO; 2 * LANES];
         let Shared { which: shared, texels, squares } = self.shared(simd, groups, at);
         if shared != 0 {
@@ -135,24 +128,34 @@ impl<'a, S: Simd> Textured<'a, S> {
 
     /// How the samples of a group look into the texture by themselves, and where.
     #[inline(always)]
-    pub(super) fn alone(&self, simd: S, group: &Group, square: f32) -> Option<(Choice<'a>, [f32x16<S>; 2])> {
+    pub(super) fn alone(
+        &mut self,
+        simd: S,
+        group: &Group,
+        square: f32,
+    ) -> Option<(Choice<'a>, [f32x16<S>; 2])> {
         let choice = Choice::colour(self.map, filter::colour_level(square), self.look.anchor)?;
-        Some((choice, self.places(simd, group, 0)))
+        Some((choice, self.places(simd, group, (0, self.samples.batches.first()?))))
     }
 
     /// Where the samples of batch `number` look.
     #[inline(always)]
-    fn places(&self, simd: S, group: &Group, number: usize) -> [f32x16<S>; 2] {
+    fn places(&mut self, simd: S, group: &Group, (number, batch): (usize, &Batch)) -> [f32x16<S>; 2] {
         let corner = self.samples.corner(group);
         let (x, y) = (f32x16::splat(simd, corner.x), f32x16::splat(simd, corner.y));
-        self.coordinates[number % BATCHES].at(simd, x, y).usable(simd)
+        let known = &mut self.coordinates[number % BATCHES];
+        let coordinates = match known {
+            Some(coordinates) => coordinates,
+            None => known.insert(Coordinates::of_batch(simd, self.functions, batch)),
+        };
+        coordinates.at(simd, x, y).usable(simd)
     }
 
     /// Of the groups of the mask `which` those samples that fill half of a batch, each batch by itself. What is left of
     /// each group comes back.
     #[inline(always)]
     fn full(
-        &self,
+        &mut self,
         simd: S,
         choice: Choice<'_>,
         groups: &[Group],
@@ -171,7 +174,7 @@ impl<'a, S: Simd> Textured<'a, S> {
                     continue;
                 };
                 if lanes.count_ones() >= DENSE {
-                    let at = self.places(simd, group, number);
+                    let at = self.places(simd, group, (number, batch));
                     let [even, odd] = gather::sums(simd, choice, at, lanes, batch.odd);
                     reads[2 * i] += even;
                     reads[2 * i + 1] += odd;
@@ -255,7 +258,7 @@ fn alike(squares: &[f32; LANES], level: usize) -> u16 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::raster::view::{Batch, Pattern};
+    use crate::raster::view::Pattern;
     use crate::scene::Level;
     use crate::shade::samples::{LaneSums, Rays};
     use crate::simd::{SimdLevel, at_level};
@@ -305,7 +308,7 @@ mod tests {
             falloff: None,
         };
         at_level!(SimdLevel::best().level(), simd => {
-            let texture = Textured::new(simd, &material, &look, &samples).unwrap();
+            let mut texture = Textured::new(&material, &look, &samples).unwrap();
             texture.sums(simd, groups, &samples.places(simd, groups))
         })
     }
