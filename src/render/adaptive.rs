@@ -115,14 +115,14 @@ impl Progressive<'_> {
     fn until_error(&mut self, error: f64, execution: &Execution<'_>) -> Result<()> {
         let columns = self.samples.columns_and_rows().0 as usize;
         let tiles = Pilot::for_error(self.picture.tiles());
-        let pilot = self.pilot(tiles, FIRST_RUN, execution)?;
+        let mut seen = self.pilot(tiles, FIRST_RUN, execution)?;
         let allowed = error * error;
-        let goal = allowed * 3.0 * pilot::pixels(&pilot);
+        let goal = |part: f64, pilot: &[TileBlocks]| Goal::Error(part * allowed * 3.0 * pilot::pixels(pilot));
         let entries = self.entries_per_pixel();
         let choose =
-            |pilot: &[TileBlocks], falling| base(pilot, Goal::Error(goal), falling, MOST_FOR_ERROR, entries);
-        let look = choose(&pilot, USUAL_FALL).min(MOST_FOR_PILOT);
-        let (mut seen, mut falling, mut first) = (pilot, USUAL_FALL, FIRST_RUN);
+            |pilot: &[TileBlocks], falling| base(pilot, goal(1.0, pilot), falling, MOST_FOR_ERROR, entries);
+        let look = choose(&seen, USUAL_FALL).min(MOST_FOR_PILOT);
+        let (mut falling, mut first) = (USUAL_FALL, FIRST_RUN);
         if look > FIRST_RUN {
             self.clear(look);
             let more = self.pilot(tiles, look, execution)?;
@@ -134,7 +134,7 @@ impl Progressive<'_> {
             self.clear(first);
             seen = self.pilot(tiles, first, execution)?;
         }
-        let forecast = Forecast::new(&seen, Goal::Error(SURE * goal), ROUNDS_FALL, MOST_FOR_ERROR);
+        let forecast = Forecast::new(&seen, goal(SURE, &seen), ROUNDS_FALL, MOST_FOR_ERROR);
         self.first_round(&forecast, execution)?;
         let mut before = None;
         loop {

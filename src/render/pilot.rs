@@ -1,7 +1,7 @@
 //! The pilot: tiles all over the picture that are drawn first, to see how long it takes and where its error is.
 
 use super::Execution;
-use super::allocate::{self, TileBlocks};
+use super::allocate::{self, Block, TileBlocks};
 use super::edges;
 use super::progressive::{EdgesErr, Progressive};
 use super::resolve::BLOCKS;
@@ -51,23 +51,28 @@ impl Progressive<'_> {
         samples: u32,
         execution: &Execution<'_>,
     ) -> Result<Vec<TileBlocks>> {
-        let wanted = self.by_block(|x, y| if pilot.contains(x / BLOCKS, y / BLOCKS) { samples } else { 0 });
-        self.round(&wanted, execution, &|| false)?;
         let (columns, rows) = self.samples.columns_and_rows();
-        let mut blocks = self.blocks();
-        blocks.iter_mut().zip(&self.plain).for_each(|(block, &error)| block.error = error);
         let (tiles_x, tiles_y) = (columns.div_ceil(BLOCKS), rows.div_ceil(BLOCKS));
         let tiles = (0..tiles_y).flat_map(|y| (0..tiles_x).map(move |x| (x, y)));
         let tiles: Vec<(u32, u32)> = tiles.filter(|&(x, y)| pilot.contains(x, y)).collect();
-        let of_tile = |(tx, ty): (u32, u32)| {
+        // Row by row, all as long.
+        let places = |(tx, ty): (u32, u32)| {
             let (right, bottom) = ((tx * BLOCKS + BLOCKS).min(columns), (ty * BLOCKS + BLOCKS).min(rows));
-            let places = (ty * BLOCKS..bottom).flat_map(|y| (tx * BLOCKS..right).map(move |x| (x, y)));
-            let places: Vec<usize> = places.map(|(x, y)| (y * columns + x) as usize).collect();
-            let edges = edges::found_and_hidden(places.iter().map(|&at| (self.plain[at], self.hidden[at])));
-            let tile = places.iter().map(|&at| blocks[at]).collect();
-            (TileBlocks::new(tile, (right - tx * BLOCKS) as usize), edges)
+            (ty * BLOCKS..bottom).flat_map(move |y| (tx * BLOCKS..right).map(move |x| (x, y)))
         };
-        let (tiles, edges): (Vec<_>, Vec<_>) = tiles.into_iter().map(of_tile).unzip();
+        let at = |(x, y): (u32, u32)| (y * columns + x) as usize;
+        let mut wanted = vec![0; self.errors.len()];
+        tiles.iter().copied().flat_map(places).for_each(|place| wanted[at(place)] = samples);
+        self.round(&wanted, execution, &|| false)?;
+        let of_tile = |&tile: &(u32, u32)| {
+            let places: Vec<(u32, u32)> = places(tile).collect();
+            let edges = places.iter().map(|&place| (self.plain[at(place)], self.hidden[at(place)]));
+            let edges = edges::found_and_hidden(edges);
+            let block = |&(x, y): &(u32, u32)| Block { error: self.plain[at((x, y))], ..self.block(x, y) };
+            let blocks = places.iter().map(block).collect();
+            (TileBlocks::new(blocks, (columns - tile.0 * BLOCKS).min(BLOCKS) as usize), edges)
+        };
+        let (tiles, edges): (Vec<_>, Vec<_>) = tiles.iter().map(of_tile).unzip();
         // None of these tiles was chosen for its error: later those go on that seem to be wrong.
         let share = edges::share(edges);
         let raised = self.plain.iter().zip(&self.hidden).map(|(&plain, hidden)| plain.max(share * hidden));

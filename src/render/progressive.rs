@@ -81,13 +81,18 @@ impl<'a> Progressive<'a> {
     }
 
     pub(super) fn blocks(&self) -> Vec<Block> {
+        self.by_block(|x, y| self.block(x, y))
+    }
+
+    /// What is known of the block in this column and row.
+    pub(super) fn block(&self, x: u32, y: u32) -> Block {
         let (columns, _) = self.samples.columns_and_rows();
-        self.by_block(|x, y| Block {
+        Block {
             pixels: self.picture.block_pixels(x, y),
             samples: self.samples.get(x, y),
             error: self.errors[(y * columns + x) as usize],
             cost: self.costs[(y / BLOCKS * self.picture.bins.tiles_x + x / BLOCKS) as usize],
-        })
+        }
     }
 
     /// The sum of squared errors, block by block in order: the same whatever the threads did.
