@@ -130,6 +130,11 @@ impl Highlights {
 
     /// What the lights of a block of a tile, of which each of `pixels` has `n` samples, may add to it unseen; none where it has no
     /// lights or its samples tell more.
+    /// Whether there are no such lights.
+    pub(super) fn are_none(&self) -> bool {
+        self.lights.is_empty()
+    }
+
     fn unseen(&self, tile: (u32, u32), block: usize, n: u32, pixels: f64) -> Option<Unseen> {
         let (x, y) = block_place(tile, block);
         let light = self.lights.get(y as usize * self.columns + x as usize);

@@ -9,6 +9,7 @@ mod draw;
 mod edges;
 mod frame;
 mod highlights;
+mod kept;
 mod looks;
 mod pattern;
 mod picture;

@@ -3,8 +3,9 @@
 //! What a block shows depends on its number of samples alone, so a list of these numbers makes the picture again.
 
 use super::allocate::{Block, Forecast};
-use super::draw::TILES_AT_ONCE;
+use super::draw::{TILES_AT_ONCE, TileScratch};
 use super::edges;
+use super::kept::{self, AREA, Blocks, Half, Kept};
 use super::picture::Picture;
 use super::resolve::{BLOCKS, ByBlock, Sum, block_place};
 use super::tile_round::{Drawn, TileRound};
@@ -12,13 +13,9 @@ use super::uniform::zeroed;
 use super::{Counts, Execution, cancelled, done, stopped};
 use crate::error::Result;
 use crate::picture::{Allocation, BlockSamples, Exposure};
-use crate::raster::TILE;
 use crate::sampling::runs::FIRST_RUN;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-/// Pixels of a tile.
-const AREA: usize = (TILE * TILE) as usize;
 
 /// How much edges err by what was seen.
 #[derive(Clone, Copy)]
@@ -32,8 +29,10 @@ pub(super) struct EdgesErr {
 /// The picture as far as it is.
 pub(super) struct Progressive<'a> {
     pub picture: &'a Picture<'a>,
-    /// Tile by tile, those of its pixels row by row.
-    sums: Vec<Sum>,
+    /// Tile by tile the sums of even samples, or of all, and of odd ones, and the blocks of which these are apart.
+    even: Vec<Half>,
+    odd: Vec<Half>,
+    apart: Vec<Blocks>,
     pub samples: BlockSamples,
     /// Block by block the sum of squared errors over its pixels and channels.
     pub errors: Vec<f64>,
@@ -54,14 +53,16 @@ impl<'a> Progressive<'a> {
     pub(super) fn new(picture: &'a Picture<'a>, counts: Counts) -> Result<Self> {
         let samples = BlockSamples::new(picture.view.width, picture.view.height, FIRST_RUN);
         let tiles = picture.tiles();
-        let sums = zeroed(tiles * AREA)?;
+        let (even, odd) = (zeroed(tiles)?, zeroed(tiles)?);
         let (columns, rows) = samples.columns_and_rows();
         let errors = zeroed::<f64>(columns as usize * rows as usize)?;
         let (plain, hidden, first) = (errors.clone(), errors.clone(), errors.clone());
-        let (costs, stale) = (zeroed(tiles)?, zeroed(tiles)?);
+        let (costs, stale, apart) = (zeroed(tiles)?, zeroed(tiles)?, zeroed(tiles)?);
         Ok(Self {
             picture,
-            sums,
+            even,
+            odd,
+            apart,
             samples,
             errors,
             plain,
@@ -151,26 +152,48 @@ impl<'a> Progressive<'a> {
         let finished = AtomicUsize::new(0);
         let tiles = self.picture.tiles();
         let stop = || cancelled(execution) || late();
+        let each =
+            |scratch: &mut TileScratch, sums: &mut [Sum], tile, (even, odd): Kept<'_>, apart: &mut Blocks| {
+                let mut round = TileRound::new(
+                    picture,
+                    tile,
+                    (samples, edges, costs[tile]),
+                    (scratch, sums),
+                    execution,
+                    &stop,
+                );
+                let mut now = round.by_block(|x, y| samples.get(x, y));
+                let then = round.by_block(|x, y| wanted[(y * columns + x) as usize].max(samples.get(x, y)));
+                for (block, now) in now.iter_mut().enumerate() {
+                    // Of what was kept as a total the halves are not known.
+                    if then[block] > *now && *apart >> block & 1 == 0 {
+                        *now = 0;
+                    }
+                }
+                if now == then && forecast.is_none() {
+                    return None;
+                }
+                // What was never touched is not looked at: that would be a page for nothing.
+                let before = now.iter().any(|&samples| samples > 0).then_some(((&*even, &*odd), *apart));
+                let drawn = round.begin(before).draw(now, then, forecast)?;
+                *apart |= drawn.changed_blocks();
+                if forecast.is_some() && !execution.error_map && drawn.is_even(samples.base()) {
+                    *apart = 0;
+                }
+                kept::save(sums, *apart, (even, odd));
+                Some(drawn)
+            };
         let drawn: Vec<Option<Drawn>> = self
-            .sums
-            .par_chunks_mut(AREA)
+            .even
+            .par_iter_mut()
+            .zip(&mut self.odd)
+            .zip(&mut self.apart)
             .enumerate()
             .with_max_len(TILES_AT_ONCE)
             .map_init(
-                || picture.scratch(),
-                |scratch, (tile, sums)| {
-                    let mut round = TileRound::new(
-                        picture,
-                        tile,
-                        (samples, edges, costs[tile]),
-                        (scratch.get(), sums),
-                        execution,
-                        &stop,
-                    );
-                    let now = round.by_block(|x, y| samples.get(x, y));
-                    let then =
-                        round.by_block(|x, y| wanted[(y * columns + x) as usize].max(samples.get(x, y)));
-                    let drawn = round.draw(now, then, forecast);
+                || (picture.scratch(), vec![Sum::default(); AREA]),
+                |(scratch, sums), (tile, (kept, apart))| {
+                    let drawn = each(scratch.get(), sums, tile, kept, apart);
                     if let Some(progress) = execution.progress {
                         progress(finished.fetch_add(1, Ordering::Relaxed) + 1, tiles);
                     }
@@ -226,7 +249,7 @@ impl<'a> Progressive<'a> {
         };
         let (columns, rows) = samples.columns_and_rows();
         // From what there is now, not as it came: an edge goes by the pixels beside it, which may have got more samples since.
-        let edges = |(tile, sums): (usize, &[Sum])| {
+        let edges = |sums: &mut Vec<Sum>, tile: usize| {
             let (place, samples) = of_tile(tile);
             let as_found = |all: &[f64]| {
                 std::array::from_fn(|block| {
@@ -235,19 +258,27 @@ impl<'a> Progressive<'a> {
                     if is_inside { all[(y * columns + x) as usize] } else { 0.0 }
                 })
             };
-            let is_stale = self.stale[tile];
-            let hidden =
-                if is_stale { picture.hidden(place, sums, &samples) } else { as_found(&self.hidden) };
+            let hidden = if self.stale[tile] {
+                kept::load((&self.even[tile], &self.odd[tile]), self.apart[tile], sums);
+                picture.hidden(place, sums, &samples)
+            } else {
+                as_found(&self.hidden)
+            };
             (as_found(&self.plain), hidden)
         };
-        let known: Vec<_> = self.sums.par_chunks(AREA).enumerate().map(edges).collect();
+        let tiles = || (0..picture.tiles()).into_par_iter();
+        let scratch = || vec![Sum::default(); AREA];
+        let known: Vec<_> = tiles().map_init(scratch, edges).collect();
         let of_edges = |(found, hidden): &(ByBlock<f64>, ByBlock<f64>)| {
             edges::found_and_hidden(found.iter().copied().zip(hidden.iter().copied()))
         };
         let hides = edges::share(known.iter().map(of_edges));
-        let state = |tile: usize, sums: &[Sum], map: Option<&mut [f32]>| -> (f64, u64) {
+        let state = |sums: &mut Vec<Sum>, tile: usize, map: Option<&mut [f32]>| -> (f64, u64) {
             let ((place, samples), (found, hidden)) = (of_tile(tile), &known[tile]);
             let mut stated = std::array::from_fn(|block| found[block].max(hides * hidden[block]));
+            if map.is_some() || !picture.highlights.are_none() {
+                kept::load((&self.even[tile], &self.odd[tile]), self.apart[tile], sums);
+            }
             let unseen = picture.raise_unseen(place, sums, &samples, &mut stated);
             if let Some(map) = map {
                 picture.resolve(place, sums, &samples, Some(map));
@@ -255,28 +286,24 @@ impl<'a> Progressive<'a> {
             }
             (stated.iter().sum(), u64::from(unseen.count_ones()))
         };
-        let mut errors = zeroed::<f32>(if execution.error_map { self.sums.len() } else { 0 })?;
-        let tiles = self.sums.par_chunks(AREA).enumerate();
+        let mut errors = zeroed::<f32>(if execution.error_map { picture.tiles() * AREA } else { 0 })?;
         let stated: Vec<(f64, u64)> = if execution.error_map {
-            let maps = errors.par_chunks_mut(AREA);
-            tiles.zip(maps).map(|((tile, sums), map)| state(tile, sums, Some(map))).collect()
+            let maps = tiles().zip(errors.par_chunks_mut(AREA));
+            maps.map_init(scratch, |sums, (tile, map)| state(sums, tile, Some(map))).collect()
         } else {
-            tiles.map(|(tile, sums)| state(tile, sums, None)).collect()
+            tiles().map_init(scratch, |sums, tile| state(sums, tile, None)).collect()
         };
         let rms = Some((stated.iter().map(|tile| tile.0).sum::<f64>() / picture.values()).sqrt());
         let counts = Counts { unseen_light: stated.iter().map(|tile| tile.1).sum(), ..self.counts };
         // In the same memory: new pages for a picture of 1280 x 1024 took 2 % of the time of one of 64 samples.
-        let mut sums = self.sums;
-        sums.par_chunks_mut(AREA).enumerate().for_each(|(tile, sums)| {
-            let (place, samples) = of_tile(tile);
-            picture.means(place, sums, &samples);
-        });
-        let mut pixels = sums.into_flattened();
-        for tile in 1..picture.tiles() {
-            pixels.copy_within(2 * tile * AREA..(2 * tile + 1) * AREA, tile * AREA);
-        }
-        pixels.truncate(picture.tiles() * AREA);
-        pixels.shrink_to_fit();
+        let mut even = self.even;
+        even.par_iter_mut().zip(&self.odd).zip(&self.apart).enumerate().for_each(
+            |(tile, ((even, odd), &apart))| {
+                let (place, samples) = of_tile(tile);
+                kept::means((even, odd), apart, &samples, picture.size_of(place));
+            },
+        );
+        let pixels = even.into_flattened();
         Ok(done(picture, (pixels, errors), rms, Allocation::Blocks(self.samples), counts))
     }
 }

@@ -105,9 +105,14 @@ impl Picture<'_> {
         }
     }
 
+    /// How many of a tile's columns and rows are in the picture.
+    pub(super) fn size_of(&self, (tx, ty): (u32, u32)) -> [u32; 2] {
+        [self.view.width - tx * TILE, self.view.height - ty * TILE].map(|size| size.min(TILE))
+    }
+
     /// Makes the sums of a tile its pixels, the means of their samples: one after the other from its beginning on.
     pub(super) fn means(&self, (tx, ty): (u32, u32), sums: &mut [Sum], samples: &ByBlock<u32>) {
-        let size = [self.view.width - tx * TILE, self.view.height - ty * TILE].map(|size| size.min(TILE));
+        let size = self.size_of((tx, ty));
         let (count, pixels) = (sums.len(), sums.as_flattened_mut());
         for at in 0..count {
             let (x, y) = (at as u32 % TILE, at as u32 / TILE);

@@ -4,6 +4,7 @@
 use super::Execution;
 use super::allocate::{Block, Forecast, TileBlocks, cost};
 use super::draw::{Step, Tally, TileScratch};
+use super::kept::{self, Blocks, Half};
 use super::pattern::Splits;
 use super::picture::Picture;
 use super::progressive::EdgesErr;
@@ -66,6 +67,19 @@ impl Tally {
     }
 }
 
+impl Drawn {
+    /// The blocks that got more samples.
+    pub(super) fn changed_blocks(&self) -> Blocks {
+        (0..self.changed.len())
+            .fold(0, |blocks, block| blocks | Blocks::from(self.changed[block] > 0) << block)
+    }
+
+    /// Whether these have so many samples now, all of them.
+    pub(super) fn is_even(&self, samples: u32) -> bool {
+        self.changed.iter().all(|&changed| changed == 0 || changed == samples)
+    }
+}
+
 impl Picture<'_> {
     /// How many pixels a block has.
     pub(super) fn block_pixels(&self, x: u32, y: u32) -> u32 {
@@ -99,6 +113,15 @@ impl<'a> TileRound<'a> {
             execution,
             stop,
         }
+    }
+
+    /// Takes up what was kept of a tile, where it has samples.
+    pub(super) fn begin(&mut self, before: Option<((&Half, &Half), Blocks)>) -> &mut Self {
+        match before {
+            Some((kept, apart)) => kept::load(kept, apart, self.sums),
+            None => self.sums.fill(Sum::default()),
+        }
+        self
     }
 
     /// The blocks that lie in the picture, row by row: their numbers in the tile, and their columns and rows in the picture.
