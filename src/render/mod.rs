@@ -15,6 +15,8 @@ mod pattern;
 mod picture;
 mod pilot;
 mod progressive;
+#[cfg(test)]
+mod progressive_tests;
 mod resolve;
 mod room;
 mod spread;

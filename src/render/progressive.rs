@@ -32,7 +32,7 @@ pub(super) struct Progressive<'a> {
     /// Tile by tile the sums of even samples, or of all, and of odd ones, and the blocks of which these are apart.
     even: Vec<Half>,
     odd: Vec<Half>,
-    apart: Vec<Blocks>,
+    pub apart: Vec<Blocks>,
     pub samples: BlockSamples,
     /// Block by block the sum of squared errors over its pixels and channels.
     pub errors: Vec<f64>,
