@@ -268,12 +268,15 @@ fn beyond_reach(file: &str, wanted: f64, reached: f64) -> Warning {
     // An error falls about as the number of samples to the power 0.6.
     let samples = f64::from(MOST_FOR_ERROR) * libm::pow(reached / wanted, 1.0 / 0.6);
     let more = if samples <= f64::from(MOST_SAMPLES) { ", or for that many --samples" } else { "" };
+    let wanted = if wanted < 1e-4 { format!("{wanted:e}") } else { wanted.to_string() };
+    let take =
+        if samples < 1e15 { format!("about {samples:.1e}") } else { "more than can be drawn".to_owned() };
     Warning {
         file: file.to_owned(),
         line: None,
         message: format!(
             "an error of {wanted} was asked for and {reached:.2e} is reached with up to {MOST_FOR_ERROR} samples a pixel, the most \
-             on the way to an error: it would take about {samples:.1e}; ask for a larger --max-error{more}"
+             on the way to an error: it would take {take}; ask for a larger --max-error{more}"
         ),
     }
 }
