@@ -294,13 +294,16 @@ fn no_real_image(g: f64, f: f64) -> String {
     )
 }
 
+/// The least extension, in metres: what scene files allow. What is less is mostly rounding, of a film through the rail's origin.
+const LEAST_EXTENSION: f64 = 1e-12;
+
 /// Puts the film on the plane `(n, e)` of `rear` by the extension alone.
 fn with_film_plane(camera: &Camera, rear: Standard, e: f64) -> Result<Camera, Stop> {
     let n = rear.rotation().z_axis;
     let moved = Camera { rear, extension: Length::ZERO, ..*camera };
     let beside = moved.film_from_lens();
     let extension = (-e - n.dot(beside)) / n.z;
-    if !(extension > 0.0 && extension.is_finite()) {
+    if !(extension >= LEAST_EXTENSION && extension.is_finite()) {
         return Err((
             Limit::Extension,
             format!("the film would have to stand {} behind the lens along the rail", metres(extension)),
