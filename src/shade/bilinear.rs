@@ -11,48 +11,58 @@ use fearless_simd::{
 };
 use glam::Vec4;
 
-/// The four texels around each of 16 places, and how near the place is to the right and the lower ones.
-pub(super) struct Between<'a, S: Simd> {
-    simd: S,
-    texels: &'a [[u16; 4]],
-    width: usize,
+/// Where the four texels around each of 16 places lie, and how near the place is to the right and the lower ones.
+#[derive(Clone, Copy)]
+pub(super) struct Around {
     left_top: [u32; LANES],
+    shares: [[f32; LANES]; 2],
     /// Lanes whose texels lie on both sides of the texture's border.
     across: u16,
-    shares: [f32x16<S>; 2],
-    each_share: [[f32; LANES]; 2],
 }
 
-impl<'a, S: Simd> Between<'a, S> {
+impl Around {
+    pub(super) const NOWHERE: Self = Self { left_top: [0; LANES], shares: [[0.0; LANES]; 2], across: 0 };
+
     /// At places right and down from the texture's anchor.
     #[inline(always)]
-    pub(super) fn new(simd: S, choice: Choice<'a>, [right, down]: [f32x16<S>; 2]) -> Self {
+    pub(super) fn new<S: Simd>(simd: S, choice: Choice<'_>, [right, down]: [f32x16<S>; 2]) -> Self {
         let right = right * choice.right.size + choice.right.part - 0.5;
         let down = down * choice.down.size + choice.down.part - 0.5;
         let (left, top) = (right.floor(), down.floor());
         let (x, y) = (wrap(simd, choice.right, left), wrap(simd, choice.down, top));
         let (width, height) = (choice.level.width.max(1), choice.level.height.max(1));
         let is_last = x.simd_ge(u32x16::splat(simd, width - 1)) | y.simd_ge(u32x16::splat(simd, height - 1));
-        let shares = [right - left, down - top];
         Self {
-            simd,
-            texels: &choice.level.texels,
-            width: width as usize,
             left_top: (y * u32x16::splat(simd, width) + x).to_array(),
+            shares: [(right - left).to_array(), (down - top).to_array()],
             across: is_last.to_bitmask() as u16,
-            shares,
-            each_share: [shares[0].to_array(), shares[1].to_array()],
         }
     }
+}
 
-    /// The sums of the colours at the even and the odd among `lanes`.
+/// What lies between the four texels around each of 16 places.
+pub(super) struct Between<'a, S: Simd> {
+    simd: S,
+    texels: &'a [[u16; 4]],
+    width: usize,
+    around: &'a Around,
+}
+
+impl<'a, S: Simd> Between<'a, S> {
     #[inline(always)]
-    pub(super) fn sums(&self, lanes: u16, odd: u16) -> [Vec4; 2] {
+    pub(super) fn new(simd: S, choice: Choice<'a>, around: &'a Around) -> Self {
+        let width = choice.level.width.max(1) as usize;
+        Self { simd, texels: &choice.level.texels, width, around }
+    }
+
+    /// The sums of the colours at each half of the lanes.
+    #[inline(always)]
+    pub(super) fn sums(&self, halves: [u16; 2]) -> [Vec4; 2] {
         let simd = self.simd;
-        let halves = [lanes & !odd, lanes & odd];
+        let lanes = halves[0] | halves[1];
         let first = lanes.trailing_zeros() as usize % LANES;
-        let all = u32x16::load_array_ref(simd, &self.left_top);
-        let same = all.simd_eq(u32x16::splat(simd, self.left_top[first])).to_bitmask() as u16;
+        let all = u32x16::load_array_ref(simd, &self.around.left_top);
+        let same = all.simd_eq(u32x16::splat(simd, self.around.left_top[first])).to_bitmask() as u16;
         if same & lanes != lanes {
             // No closure here: it would not be compiled for the SIMD level (6 to 9 % of all time on the city and Sponza).
             return [self.sum(halves[0]), self.sum(halves[1])];
@@ -62,7 +72,7 @@ impl<'a, S: Simd> Between<'a, S> {
         if a == b && a == c && a == d {
             return halves.map(|half| a * half.count_ones() as f32);
         }
-        let [fx, fy] = self.shares;
+        let [fx, fy] = self.shares();
         let both = fx * fy;
         let mut sums = [Vec4::ZERO; 2];
         for (sum, half) in sums.iter_mut().zip(halves) {
@@ -80,18 +90,18 @@ impl<'a, S: Simd> Between<'a, S> {
         let zero = f32x8::splat(self.simd, 0.0);
         let (mut plain, mut shared) = (zero, zero);
         // No call within, or the sums would go through memory.
-        let mut rest = lanes & !self.across;
+        let mut rest = lanes & !self.around.across;
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % LANES;
             rest &= rest - 1;
             let columns = self.columns(lane);
             plain += columns;
-            shared += columns * self.each_share[0][lane];
+            shared += columns * self.around.shares[0][lane];
         }
         let (left, _) = plain.split();
         let (minus, right) = shared.split();
         let mut sum = Vec4::from_array((left + (right - minus)).to_array());
-        let mut rest = lanes & self.across;
+        let mut rest = lanes & self.around.across;
         while rest != 0 {
             sum += self.across(rest.trailing_zeros() as usize);
             rest &= rest - 1;
@@ -99,26 +109,32 @@ impl<'a, S: Simd> Between<'a, S> {
         sum * FULL
     }
 
+    #[inline(always)]
+    fn shares(&self) -> [f32x16<S>; 2] {
+        let [right, down] = &self.around.shares;
+        [f32x16::load_array_ref(self.simd, right), f32x16::load_array_ref(self.simd, down)]
+    }
+
     /// The colour at a lane.
     #[inline(always)]
     pub(super) fn at(&self, lane: usize) -> Vec4 {
-        if self.across >> lane & 1 == 1 {
+        if self.around.across >> lane & 1 == 1 {
             return self.across(lane) * FULL;
         }
         let (left, right) = self.columns(lane).split();
-        Vec4::from_array((left + (right - left) * self.each_share[0][lane % LANES]).to_array()) * FULL
+        Vec4::from_array((left + (right - left) * self.around.shares[0][lane % LANES]).to_array()) * FULL
     }
 
     /// What lies between the upper and the lower texels, on the left and on the right; 65535 for full. For lanes whose texels
     /// are not across a border.
     #[inline(always)]
     fn columns(&self, lane: usize) -> f32x8<S> {
-        let first = self.left_top[lane % LANES] as usize;
+        let first = self.around.left_top[lane % LANES] as usize;
         if let Some(rows) = self.texels.get(first..first + self.width + 2)
             && let (Some(top), Some(bottom)) = (rows.first_chunk(), rows.last_chunk())
         {
             let (top, bottom) = (numbers(self.simd, top), numbers(self.simd, bottom));
-            return top + (bottom - top) * self.each_share[1][lane % LANES];
+            return top + (bottom - top) * self.around.shares[1][lane % LANES];
         }
         f32x8::splat(self.simd, 0.0)
     }
@@ -126,15 +142,15 @@ impl<'a, S: Simd> Between<'a, S> {
     /// The colour at a lane whose texels are across a border, 65535 for full.
     #[inline(always)]
     fn across(&self, lane: usize) -> Vec4 {
-        let shares = [self.each_share[0][lane % LANES], self.each_share[1][lane % LANES]];
-        across(self.texels, self.width, self.left_top[lane % LANES] as usize, shares)
+        let shares = [self.around.shares[0][lane % LANES], self.around.shares[1][lane % LANES]];
+        across(self.texels, self.width, self.around.left_top[lane % LANES] as usize, shares)
     }
 
     /// The places of a lane's four texels: left top, right top, left bottom, right bottom.
     #[inline(always)]
     fn corners(&self, lane: usize) -> [usize; 4] {
-        let first = self.left_top[lane % LANES] as usize;
-        if self.across >> lane & 1 == 1 {
+        let first = self.around.left_top[lane % LANES] as usize;
+        if self.around.across >> lane & 1 == 1 {
             return around_border(first, self.width, self.texels.len());
         }
         [first, first + 1, first + self.width, first + self.width + 1]
@@ -160,7 +176,7 @@ impl<'a, S: Simd> Between<'a, S> {
             f32x16::load_array_ref(simd, &alphas[2]),
             f32x16::load_array_ref(simd, &alphas[3]),
         ];
-        let [fx, fy] = self.shares;
+        let [fx, fy] = self.shares();
         let top = a + (b - a) * fx;
         let bottom = c + (d - c) * fx;
         let half = f32x16::splat(simd, 0.5 * 65535.0);

@@ -4,7 +4,7 @@
 //! generic source for every SIMD level, product and sum apart, so the same bits. (In WebAssembly the look-ups are functions
 //! by themselves: with everything in one, the build took more than ten minutes.)
 
-use super::bilinear::Between;
+use super::bilinear::{Around, Between};
 use super::filter::{Choice, Side};
 use crate::raster::LANES;
 use crate::scene::Texture;
@@ -22,10 +22,12 @@ pub(crate) fn sums<S: Simd>(
     lanes: u16,
     odd: u16,
 ) -> [Vec4; 2] {
+    let halves = [lanes & !odd, lanes & odd];
     if choice.nearest {
-        nearest(simd, choice, right, down, [lanes & !odd, lanes & odd])
+        let places = nearest_texels(simd, choice, right, down);
+        halves.map(|half| sum(&choice.level.texels, &places, half))
     } else {
-        Between::new(simd, choice, [right, down]).sums(lanes, odd)
+        Between::new(simd, choice, &Around::new(simd, choice, [right, down])).sums(halves)
     }
 }
 
@@ -46,17 +48,66 @@ pub(super) fn smooth<S: Simd>(
     found
 }
 
-#[inline(always)]
-fn nearest<S: Simd>(
-    simd: S,
-    choice: Choice<'_>,
-    right: f32x16<S>,
-    down: f32x16<S>,
-    lanes: [u16; 2],
-) -> [Vec4; 2] {
-    let places = nearest_texels(simd, choice, right, down);
-    let texels = &choice.level.texels[..];
-    [sum(texels, &places, lanes[0]), sum(texels, &places, lanes[1])]
+/// Look-ups of one choice that wait for each other, so that the processor has other places to compute while it waits for texels.
+pub(super) struct Waiting {
+    count: usize,
+    /// Whose they are, which lanes look, and which of these belong to the odd half.
+    owners: [(u8, u16, u16); WAITING],
+    nearest: [[u32; LANES]; WAITING],
+    between: [Around; WAITING],
+}
+
+/// How many batches' look-ups wait.
+const WAITING: usize = 16;
+
+impl Waiting {
+    pub(super) const NONE: Self = Self {
+        count: 0,
+        owners: [(0, 0, 0); WAITING],
+        nearest: [[0; LANES]; WAITING],
+        between: [Around::NOWHERE; WAITING],
+    };
+
+    /// Those of `lanes`, which look right and down from the texture's anchor.
+    #[inline(always)]
+    pub(super) fn add<S: Simd>(
+        &mut self,
+        simd: S,
+        choice: Choice<'_>,
+        [right, down]: [f32x16<S>; 2],
+        owner: (u8, u16, u16),
+        sums: &mut [Vec4; 2 * LANES],
+    ) {
+        let at = self.count % WAITING;
+        self.owners[at] = owner;
+        if choice.nearest {
+            self.nearest[at] = nearest_texels(simd, choice, right, down);
+        } else {
+            self.between[at] = Around::new(simd, choice, [right, down]);
+        }
+        self.count = at + 1;
+        if self.count == WAITING {
+            self.fetch(simd, choice, sums);
+        }
+    }
+
+    /// Adds what they read to their owners' sums; none waits any more.
+    #[inline(always)]
+    pub(super) fn fetch<S: Simd>(&mut self, simd: S, choice: Choice<'_>, sums: &mut [Vec4; 2 * LANES]) {
+        let texels = &choice.level.texels[..];
+        let count = std::mem::take(&mut self.count);
+        for (at, &(owner, lanes, odd)) in self.owners.iter().enumerate().take(count) {
+            let halves = [lanes & !odd, lanes & odd];
+            let [even, odd] = if choice.nearest {
+                halves.map(|half| sum(texels, &self.nearest[at], half))
+            } else {
+                Between::new(simd, choice, &self.between[at]).sums(halves)
+            };
+            let owner = 2 * usize::from(owner) % (2 * LANES);
+            sums[owner] += even;
+            sums[owner + 1] += odd;
+        }
+    }
 }
 
 /// The number of the texel that each of 16 places lies in.
@@ -94,7 +145,8 @@ pub(crate) fn each<S: Simd>(
             out[lane] = texel(texels, places[lane] as usize) * FULL;
         }
     } else {
-        let between = Between::new(simd, choice, [right, down]);
+        let around = Around::new(simd, choice, [right, down]);
+        let between = Between::new(simd, choice, &around);
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % LANES;
             rest &= rest - 1;
@@ -120,7 +172,8 @@ pub(super) fn add_each<S: Simd>(
             sums[usize::from(owner) % (2 * LANES)] += texel(texels, place as usize) * FULL;
         }
     } else {
-        let between = Between::new(simd, choice, [right, down]);
+        let around = Around::new(simd, choice, [right, down]);
+        let between = Between::new(simd, choice, &around);
         for (lane, &owner) in owners.iter().enumerate().take(LANES) {
             sums[usize::from(owner) % (2 * LANES)] += between.at(lane);
         }
@@ -172,7 +225,7 @@ fn sum(texels: &[[u16; 4]], places: &[u32; LANES], lanes: u16) -> Vec4 {
 /// Which of `lanes` look at an opacity of less than a half, interpolated.
 #[inline(always)]
 pub(crate) fn holes<S: Simd>(simd: S, choice: Choice<'_>, at: [f32x16<S>; 2], lanes: u16) -> u16 {
-    Between::new(simd, choice, at).holes(lanes)
+    Between::new(simd, choice, &Around::new(simd, choice, at)).holes(lanes)
 }
 
 /// A texel's channel as a part of a full one.

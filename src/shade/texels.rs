@@ -7,7 +7,7 @@
 
 use super::coordinates::{Coordinates, reaches};
 use super::filter::{self, Choice};
-use super::gather;
+use super::gather::{self, Waiting};
 use super::look::{Bilinear4, Look};
 use super::samples::{Places, Samples};
 use crate::raster::group::Group;
@@ -32,6 +32,7 @@ pub(super) struct Textured<'a, S: Simd> {
     /// At the samples of each batch, as functions of their block's place; none before a group's samples look by themselves, which
     /// most surfaces' do not.
     coordinates: [Option<Coordinates<S>>; BATCHES],
+    waiting: Waiting,
 }
 
 /// Look-ups at the mean places of 16 groups.
@@ -48,7 +49,7 @@ impl<'a, S: Simd> Textured<'a, S> {
     #[inline(always)]
     pub(super) fn new(material: &'a Material, look: &'a Look, samples: &'a Samples<'a>) -> Option<Self> {
         let (map, functions) = (material.diffuse_map.as_deref()?, look.texture.as_ref()?);
-        Some(Self { map, look, samples, functions, coordinates: [None; BATCHES] })
+        Some(Self { map, look, samples, functions, coordinates: [None; BATCHES], waiting: Waiting::NONE })
     }
 
     /// What `groups`, whose mean places are `at`, read.
@@ -175,13 +176,12 @@ impl<'a, S: Simd> Textured<'a, S> {
                 };
                 if lanes.count_ones() >= DENSE {
                     let at = self.places(simd, group, (number, batch));
-                    let [even, odd] = gather::sums(simd, choice, at, lanes, batch.odd);
-                    reads[2 * i] += even;
-                    reads[2 * i + 1] += odd;
+                    self.waiting.add(simd, choice, at, (i as u8, lanes, batch.odd), reads);
                     sparse[i] &= !group.part(number).lanes;
                 }
             }
         }
+        self.waiting.fetch(simd, choice, reads);
         sparse
     }
 
