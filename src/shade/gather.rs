@@ -53,6 +53,7 @@ pub(super) struct Waiting {
     count: usize,
     /// Whose they are, which lanes look, and which of these belong to the odd half.
     owners: [(u8, u16, u16); WAITING],
+    each_owner: [[u8; LANES]; WAITING],
     nearest: [[u32; LANES]; WAITING],
     between: [Around; WAITING],
 }
@@ -64,6 +65,7 @@ impl Waiting {
     pub(super) const NONE: Self = Self {
         count: 0,
         owners: [(0, 0, 0); WAITING],
+        each_owner: [[0; LANES]; WAITING],
         nearest: [[0; LANES]; WAITING],
         between: [Around::NOWHERE; WAITING],
     };
@@ -74,10 +76,24 @@ impl Waiting {
         &mut self,
         simd: S,
         choice: Choice<'_>,
-        [right, down]: [f32x16<S>; 2],
+        at: [f32x16<S>; 2],
         owner: (u8, u16, u16),
         sums: &mut [Vec4; 2 * LANES],
     ) {
+        if self.place(simd, choice, at, owner) {
+            self.fetch(simd, choice, sums);
+        }
+    }
+
+    /// Computes places; tells whether no more can wait.
+    #[inline(always)]
+    fn place<S: Simd>(
+        &mut self,
+        simd: S,
+        choice: Choice<'_>,
+        [right, down]: [f32x16<S>; 2],
+        owner: (u8, u16, u16),
+    ) -> bool {
         let at = self.count % WAITING;
         self.owners[at] = owner;
         if choice.nearest {
@@ -86,8 +102,47 @@ impl Waiting {
             self.between[at] = Around::new(simd, choice, [right, down]);
         }
         self.count = at + 1;
-        if self.count == WAITING {
-            self.fetch(simd, choice, sums);
+        self.count == WAITING
+    }
+
+    /// Samples side by side, each with an owner of its own, as many as there are.
+    #[inline(always)]
+    pub(super) fn add_packed<S: Simd>(
+        &mut self,
+        simd: S,
+        choice: Choice<'_>,
+        at: [f32x16<S>; 2],
+        (owners, filled): ([u8; LANES], usize),
+        sums: &mut [Vec4; 2 * LANES],
+    ) {
+        self.each_owner[self.count % WAITING] = owners;
+        if self.place(simd, choice, at, (0, filled as u16, 0)) {
+            self.fetch_packed(simd, choice, sums);
+        }
+    }
+
+    /// Adds what they read to each owner's sum; none waits any more.
+    #[inline(always)]
+    pub(super) fn fetch_packed<S: Simd>(
+        &mut self,
+        simd: S,
+        choice: Choice<'_>,
+        sums: &mut [Vec4; 2 * LANES],
+    ) {
+        let texels = &choice.level.texels[..];
+        let count = std::mem::take(&mut self.count);
+        for (at, &(_, filled, _)) in self.owners.iter().enumerate().take(count) {
+            let owners = self.each_owner[at].iter().take(usize::from(filled));
+            if choice.nearest {
+                for (&place, &owner) in self.nearest[at].iter().zip(owners) {
+                    sums[usize::from(owner) % (2 * LANES)] += texel(texels, place as usize) * FULL;
+                }
+            } else {
+                let between = Between::new(simd, choice, &self.between[at]);
+                for (lane, &owner) in owners.enumerate() {
+                    sums[usize::from(owner) % (2 * LANES)] += between.at(lane);
+                }
+            }
         }
     }
 
@@ -151,31 +206,6 @@ pub(crate) fn each<S: Simd>(
             let lane = rest.trailing_zeros() as usize % LANES;
             rest &= rest - 1;
             out[lane] = between.at(lane);
-        }
-    }
-}
-
-/// Adds the colours at the first places, each to the sum of its owner.
-#[cfg_attr(not(target_family = "wasm"), inline(always))]
-#[cfg_attr(target_family = "wasm", inline(never))]
-pub(super) fn add_each<S: Simd>(
-    simd: S,
-    choice: Choice<'_>,
-    [right, down]: [f32x16<S>; 2],
-    owners: &[u8],
-    sums: &mut [Vec4; 2 * LANES],
-) {
-    let texels = &choice.level.texels[..];
-    if choice.nearest {
-        let places = nearest_texels(simd, choice, right, down);
-        for (&place, &owner) in places.iter().zip(owners) {
-            sums[usize::from(owner) % (2 * LANES)] += texel(texels, place as usize) * FULL;
-        }
-    } else {
-        let around = Around::new(simd, choice, [right, down]);
-        let between = Between::new(simd, choice, &around);
-        for (lane, &owner) in owners.iter().enumerate().take(LANES) {
-            sums[usize::from(owner) % (2 * LANES)] += between.at(lane);
         }
     }
 }

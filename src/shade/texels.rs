@@ -188,7 +188,7 @@ impl<'a, S: Simd> Textured<'a, S> {
     /// These samples of each group side by side, whichever group they belong to.
     #[inline(always)]
     fn packed(
-        &self,
+        &mut self,
         simd: S,
         choice: Choice<'_>,
         groups: &[Group],
@@ -234,8 +234,9 @@ impl<'a, S: Simd> Textured<'a, S> {
             };
             let coordinates = Coordinates::new(self.functions, places.u, places.v);
             let spots = coordinates.at(simd, places.x, places.y).usable(simd);
-            gather::add_each(simd, choice, spots, &owners[..filled.min(LANES)], reads);
+            self.waiting.add_packed(simd, choice, spots, (owners, filled), reads);
         }
+        self.waiting.fetch_packed(simd, choice, reads);
     }
 }
 
