@@ -1,5 +1,6 @@
 //! Texture coordinates of 16 samples as functions of place: where they look, and what a pixel spans there.
 
+use super::filter::FARTHEST;
 use super::look::Bilinear4;
 use super::samples::Places;
 use crate::raster::LANES;
@@ -142,7 +143,7 @@ impl<S: Simd> Spots<S> {
     #[inline(always)]
     pub(super) fn usable(&self, simd: S) -> [f32x16<S>; 2] {
         let zero = f32x16::splat(simd, 0.0);
-        let huge = f32x16::splat(simd, 1e9);
+        let huge = f32x16::splat(simd, FARTHEST);
         let Self { s, t, .. } = *self;
         [s.abs().simd_lt(huge).select(s, zero), t.abs().simd_lt(huge).select(t, zero)]
     }

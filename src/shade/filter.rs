@@ -18,7 +18,13 @@ pub(crate) struct Side {
     /// Whole texels to the anchor, and the rest.
     pub start: f32,
     pub part: f32,
+    /// Where the size is a power of two: whole texels to the anchor, and the bits of a texel's number.
+    pub binary: Option<(i32, i32)>,
 }
+
+/// Repeats of a texture from its anchor beyond which a place counts as no number: what is nearer is a number of texels (at most
+/// 2^14 a repeat) that integers hold.
+pub(super) const FARTHEST: f32 = 65536.0;
 
 impl Side {
     fn new(size: u32, anchor: u32) -> Self {
@@ -29,6 +35,7 @@ impl Side {
             inverse: 1.0 / size as f32,
             start: (start >> 8) as f32,
             part: (start & 255) as f32 * (1.0 / 256.0),
+            binary: size.is_power_of_two().then_some(((start >> 8) as i32, size as i32 - 1)),
         }
     }
 
@@ -107,7 +114,8 @@ impl<'a> Choice<'a> {
     /// rays read it that come by alone.
     pub(crate) fn read(&self, at: Vec2) -> Vec4 {
         // What is no number looks at the anchor.
-        let at = if at.is_finite() { at } else { Vec2::ZERO };
+        let known = |t: f32| if t.abs() < FARTHEST { t } else { 0.0 };
+        let at = Vec2::new(known(at.x), known(at.y));
         let texels =
             at * Vec2::new(self.right.size, self.down.size) + Vec2::new(self.right.part, self.down.part);
         if self.nearest {

@@ -8,7 +8,7 @@ use super::bilinear::{Around, Between};
 use super::filter::{Choice, Side};
 use crate::raster::LANES;
 use crate::scene::Texture;
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16, u32x16};
+use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16, u32x16};
 use glam::Vec4;
 
 /// The sums of the colours of the even and the odd samples among `lanes`, which look right and down from the
@@ -24,8 +24,8 @@ pub(crate) fn sums<S: Simd>(
 ) -> [Vec4; 2] {
     let halves = [lanes & !odd, lanes & odd];
     if choice.nearest {
-        let places = nearest_texels(simd, choice, right, down);
-        halves.map(|half| sum(&choice.level.texels, &places, half))
+        let (texels, places) = (&choice.level.texels[..], nearest_texels(simd, choice, right, down));
+        [sum(texels, &places, halves[0]), sum(texels, &places, halves[1])]
     } else {
         Between::new(simd, choice, &Around::new(simd, choice, [right, down])).sums(halves)
     }
@@ -153,8 +153,10 @@ impl Waiting {
         let count = std::mem::take(&mut self.count);
         for (at, &(owner, lanes, odd)) in self.owners.iter().enumerate().take(count) {
             let halves = [lanes & !odd, lanes & odd];
+            // No closure here: see `Between::sums`.
             let [even, odd] = if choice.nearest {
-                halves.map(|half| sum(texels, &self.nearest[at], half))
+                let places = &self.nearest[at];
+                [sum(texels, places, halves[0]), sum(texels, places, halves[1])]
             } else {
                 Between::new(simd, choice, &self.between[at]).sums(halves)
             };
@@ -213,16 +215,19 @@ pub(crate) fn each<S: Simd>(
 /// [`Side::wrap`] for 16.
 #[inline(always)]
 pub(super) fn wrap<S: Simd>(simd: S, side: Side, steps: f32x16<S>) -> u32x16<S> {
+    if let Some((start, mask)) = side.binary {
+        return ((simd.cvt_i32_f32x16(steps) + start) & mask).bitcast();
+    }
     let zero = f32x16::splat(simd, 0.0);
     let last = f32x16::splat(simd, side.size - 1.0);
     let texel = steps + side.start;
     if (texel.simd_ge(zero) & texel.simd_le(last)).all_true() {
-        return simd.cvt_u32_f32x16(texel);
+        return simd.cvt_i32_f32x16(texel).bitcast();
     }
     let turns = ((texel + 0.5) * side.inverse).floor();
     let texel = texel - turns * side.size;
     let texel = texel.simd_gt(zero).select(texel, zero);
-    simd.cvt_u32_f32x16(texel.simd_gt(last).select(last, texel))
+    simd.cvt_i32_f32x16(texel.simd_gt(last).select(last, texel)).bitcast()
 }
 
 /// The sum of the texels at the places of `lanes`, 1 for full.
