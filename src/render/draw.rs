@@ -13,7 +13,7 @@ use crate::raster::visibility::REGION;
 use crate::raster::{self, BATCHES, LANES, TILE};
 use crate::sampling;
 use crate::sampling::runs::Run;
-use crate::shade::{LaneSums, Rays, Samples, SunSamples};
+use crate::shade::{LaneSums, LookUps, Rays, Samples, SunSamples};
 use glam::{Vec2, Vec4};
 use std::cell::RefCell;
 use std::sync::Mutex;
@@ -26,6 +26,7 @@ pub(super) struct TileScratch {
     /// A run of which each group lies in one batch.
     split: Vec<Group>,
     looks: RefCell<Looks>,
+    look_ups: LookUps,
     /// What stood before the sun last.
     last: u32,
     /// The sums with the step that is being drawn, as registers hold them.
@@ -100,7 +101,7 @@ impl Picture<'_> {
         stop: &dyn Fn() -> bool,
     ) -> (Tally, usize) {
         let mut tally = Tally::default();
-        let TileScratch { raster, groups, split, looks, last, sums: drawn } = scratch;
+        let TileScratch { raster, groups, split, looks, look_ups, last, sums: drawn } = scratch;
         let geometry = Geometry {
             view: &self.view,
             bins: &self.bins,
@@ -213,7 +214,7 @@ impl Picture<'_> {
                         (Some(look), Some(sun)) => {
                             self.shader.shade_shadowed(self.level, look, (&samples, sun), run, last, drawn);
                         }
-                        (look, _) => self.shader.shade(self.level, look, &samples, run, drawn),
+                        (look, _) => self.shader.shade(self.level, look, &samples, run, look_ups, drawn),
                     }
                 }
                 watch.lap(&mut tally.stages.shading);

@@ -30,6 +30,7 @@ pub(crate) use samples::{LaneSums, Rays, Samples};
 pub(crate) use shadowed::SunSamples;
 pub(crate) use sight::Sight;
 pub(crate) use sun::ShadowSun;
+pub(crate) use texels::LookUps;
 
 use crate::scene::{NONE, Sky, Sun, Surfaces};
 use glam::{DVec3, Vec3};
@@ -45,16 +46,6 @@ pub(crate) struct Shader<'a> {
     horizon: Vec3,
     zenith: Vec3,
     up: Vec3,
-}
-
-/// A sample's place: lens point in fractions of the aperture's radius, place in the tile in pixels from
-/// its centre.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
-    pub u: f32,
-    pub v: f32,
-    pub x: f32,
-    pub y: f32,
 }
 
 impl<'a> Shader<'a> {

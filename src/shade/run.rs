@@ -6,7 +6,7 @@
 use super::coordinates::{at_lens, turns};
 use super::look::{Bilinear4, Look};
 use super::samples::{Places, Rays, Samples, Sums};
-use super::texels::Textured;
+use super::texels::{LookUps, Textured};
 use super::{Shader, gather};
 use crate::raster::LANES;
 use crate::raster::group::Group;
@@ -22,10 +22,13 @@ impl Shader<'_> {
         look: Option<&Look>,
         samples: &Samples<'_>,
         groups: &[Group],
+        look_ups: &mut LookUps,
         sums: &mut Sums,
     ) {
         match look {
-            Some(look) => at_level!(level, simd => surface(simd, self, look, samples, groups, sums)),
+            Some(look) => {
+                at_level!(level, simd => surface(simd, self, (look, samples), groups, look_ups, sums))
+            }
             None => at_level!(level, simd => sky(simd, self, samples, groups, sums)),
         }
     }
@@ -35,9 +38,9 @@ impl Shader<'_> {
 fn surface<S: Simd>(
     simd: S,
     shader: &Shader<'_>,
-    look: &Look,
-    samples: &Samples<'_>,
+    (look, samples): (&Look, &Samples<'_>),
     groups: &[Group],
+    look_ups: &mut LookUps,
     sums: &mut Sums,
 ) {
     let material = &shader.surfaces.materials[look.material as usize];
@@ -47,7 +50,7 @@ fn surface<S: Simd>(
     for chunk in groups.chunks(LANES) {
         let at = samples.places(simd, chunk);
         let (light, unsure) = light(simd, shader, look, samples, chunk, &at);
-        let reads = texture.as_mut().map(|texture| texture.sums(simd, chunk, &at));
+        let reads = texture.as_mut().map(|texture| texture.sums(simd, chunk, &at, look_ups));
         for (i, group) in chunk.iter().enumerate().take(LANES) {
             let counts = samples.counts(group);
             let lights = match &look.normal {

@@ -1,7 +1,7 @@
 //! The samples of up to four batches in one tile, as shading takes them: the rays of the tile, where groups of samples lie,
 //! and which pixels they belong to.
 
-use super::{Falloff, Place};
+use super::Falloff;
 use crate::raster::group::Group;
 use crate::raster::view::{Batch, Pattern, from_center};
 use crate::raster::{BATCHES, LANES, TILE};
@@ -129,28 +129,19 @@ impl Samples<'_> {
 
     /// The mean place of a group.
     #[inline(always)]
-    fn place(&self, group: &Group) -> Place {
-        let (mean, corner) = (self.means.mean(group.lanes), self.corner(group));
-        Place { u: mean.x, v: mean.y, x: mean.z + corner.x, y: mean.w + corner.y }
+    fn place(&self, group: &Group) -> Vec4 {
+        let corner = self.corner(group);
+        self.means.mean(group.lanes) + Vec4::new(0.0, 0.0, corner.x, corner.y)
     }
 
     /// The mean places of up to 16 groups.
     #[inline(always)]
     pub(super) fn places<S: Simd>(&self, simd: S, groups: &[Group]) -> Places<S> {
-        let mut rows = [[0.0; LANES]; 4];
-        for (i, group) in groups.iter().enumerate().take(LANES) {
-            let place = self.place(group);
-            rows[0][i] = place.u;
-            rows[1][i] = place.v;
-            rows[2][i] = place.x;
-            rows[3][i] = place.y;
+        let mut rows = [[0.0; 4]; LANES];
+        for (row, group) in rows.iter_mut().zip(groups) {
+            *row = self.place(group).to_array();
         }
-        Places {
-            u: f32x16::load_array(simd, rows[0]),
-            v: f32x16::load_array(simd, rows[1]),
-            x: f32x16::load_array(simd, rows[2]),
-            y: f32x16::load_array(simd, rows[3]),
-        }
+        Places::of_rows(simd, &rows)
     }
 
     /// The places of a batch's samples in the block of a group.
@@ -198,4 +189,17 @@ pub(super) struct Places<S: Simd> {
     pub v: f32x16<S>,
     pub x: f32x16<S>,
     pub y: f32x16<S>,
+}
+
+impl<S: Simd> Places<S> {
+    /// Of places one below the other: `u`, `v`, `x`, `y`.
+    #[inline(always)]
+    pub(super) fn of_rows(simd: S, rows: &[[f32; 4]; LANES]) -> Self {
+        let (fours, _) = rows.as_chunks::<4>();
+        let four = |i: usize| f32x16::from_slice(simd, fours[i].as_flattened());
+        let (ux_a, vy_a) = four(0).deinterleave(four(1));
+        let (ux_b, vy_b) = four(2).deinterleave(four(3));
+        let ((u, x), (v, y)) = (ux_a.deinterleave(ux_b), vy_a.deinterleave(vy_b));
+        Self { u, v, x, y }
+    }
 }

@@ -15,13 +15,16 @@ use crate::raster::view::Batch;
 use crate::raster::{BATCHES, LANES};
 use crate::scene::{Material, Smooth, Texture};
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
-use glam::{Vec2, Vec4};
+use glam::Vec4;
 
 /// Sums of colours of the even and the odd samples of 16 groups: those of group `i` are numbers `2 i` and `2 i + 1`.
 pub(super) type Reads = [Vec4; 2 * LANES];
 
 /// Where a group has this many samples of a batch, they look into the texture by themselves.
 const DENSE: u32 = 8;
+
+/// The most samples of 16 groups that do not.
+const SPARSE: usize = LANES * BATCHES * (DENSE as usize - 1);
 
 /// A surface's texture in a tile, for up to four batches of samples.
 pub(super) struct Textured<'a, S: Simd> {
@@ -32,7 +35,20 @@ pub(super) struct Textured<'a, S: Simd> {
     /// At the samples of each batch, as functions of their block's place; none before a group's samples look by themselves, which
     /// most surfaces' do not.
     coordinates: [Option<Coordinates<S>>; BATCHES],
+}
+
+/// Look-ups on their way, used again from surface to surface.
+pub(crate) struct LookUps {
     waiting: Waiting,
+    /// Samples side by side: their places, and the numbers of their sums.
+    rows: [[f32; 4]; SPARSE],
+    owners: [u8; SPARSE],
+}
+
+impl Default for LookUps {
+    fn default() -> Self {
+        Self { waiting: Waiting::NONE, rows: [[0.0; 4]; SPARSE], owners: [0; SPARSE] }
+    }
 }
 
 /// Look-ups at the mean places of 16 groups.
@@ -49,12 +65,18 @@ impl<'a, S: Simd> Textured<'a, S> {
     #[inline(always)]
     pub(super) fn new(material: &'a Material, look: &'a Look, samples: &'a Samples<'a>) -> Option<Self> {
         let (map, functions) = (material.diffuse_map.as_deref()?, look.texture.as_ref()?);
-        Some(Self { map, look, samples, functions, coordinates: [None; BATCHES], waiting: Waiting::NONE })
+        Some(Self { map, look, samples, functions, coordinates: [None; BATCHES] })
     }
 
     /// What `groups`, whose mean places are `at`, read.
     #[inline(always)]
-    pub(super) fn sums(&mut self, simd: S, groups: &[Group], at: &Places<S>) -> Reads {
+    pub(super) fn sums(
+        &mut self,
+        simd: S,
+        groups: &[Group],
+        at: &Places<S>,
+        look_ups: &mut LookUps,
+    ) -> Reads {
         let mut reads = [Vec4::ZERO; 2 * LANES];
         let Shared { which: shared, texels, squares } = self.shared(simd, groups, at);
         if shared != 0 {
@@ -68,8 +90,8 @@ impl<'a, S: Simd> Textured<'a, S> {
             let level = filter::colour_level(squares[rest.trailing_zeros() as usize % LANES]);
             let same = rest & alike(&squares, level);
             if let Some(choice) = Choice::colour(self.map, level, self.look.anchor) {
-                let sparse = self.full(simd, choice, groups, same, &mut reads);
-                self.packed(simd, choice, groups, &sparse, &mut reads);
+                let sparse = self.full(simd, choice, (groups, same), look_ups, &mut reads);
+                self.packed(simd, choice, (groups, &sparse), look_ups, &mut reads);
             }
             rest &= !same;
         }
@@ -159,8 +181,8 @@ impl<'a, S: Simd> Textured<'a, S> {
         &mut self,
         simd: S,
         choice: Choice<'_>,
-        groups: &[Group],
-        which: u16,
+        (groups, which): (&[Group], u16),
+        look_ups: &mut LookUps,
         reads: &mut Reads,
     ) -> [u64; LANES] {
         let mut sparse = [0; LANES];
@@ -176,67 +198,49 @@ impl<'a, S: Simd> Textured<'a, S> {
                 };
                 if lanes.count_ones() >= DENSE {
                     let at = self.places(simd, group, (number, batch));
-                    self.waiting.add(simd, choice, at, (i as u8, lanes, batch.odd), reads);
+                    look_ups.waiting.add(simd, choice, at, (i as u8, lanes, batch.odd), reads);
                     sparse[i] &= !group.part(number).lanes;
                 }
             }
         }
-        self.waiting.fetch(simd, choice, reads);
+        look_ups.waiting.fetch(simd, choice, reads);
         sparse
     }
 
     /// These samples of each group side by side, whichever group they belong to.
     #[inline(always)]
     fn packed(
-        &mut self,
+        &self,
         simd: S,
         choice: Choice<'_>,
-        groups: &[Group],
-        sparse: &[u64; LANES],
+        (groups, sparse): (&[Group], &[u64; LANES]),
+        look_ups: &mut LookUps,
         reads: &mut Reads,
     ) {
         let samples = self.samples;
-        let mut waiting = 0u16;
-        for (i, &lanes) in sparse.iter().enumerate() {
-            waiting |= u16::from(lanes != 0) << i;
-        }
-        let (mut at, mut lanes, mut corner) = (0, 0u64, Vec2::ZERO);
-        let mut places = [[0.0; LANES]; 4];
-        let mut owners = [0; LANES];
-        while lanes != 0 || waiting != 0 {
-            let mut filled = 0;
-            while filled < LANES {
-                if lanes == 0 {
-                    if waiting == 0 {
-                        break;
-                    }
-                    at = waiting.trailing_zeros() as usize % LANES;
-                    waiting &= waiting - 1;
-                    let Some(group) = groups.get(at) else { continue };
-                    (lanes, corner) = (sparse[at], samples.corner(group));
-                    continue;
-                }
-                let lane = lanes.trailing_zeros() as usize;
-                lanes &= lanes - 1;
-                let place = samples.means.lane(lane);
-                places[0][filled] = place.x;
-                places[1][filled] = place.y;
-                places[2][filled] = place.z + corner.x;
-                places[3][filled] = place.w + corner.y;
-                owners[filled] = (2 * at) as u8 | (samples.means.odd >> lane & 1) as u8;
-                filled += 1;
+        let LookUps { waiting, rows, owners } = look_ups;
+        let mut count = 0;
+        for (i, (&lanes, group)) in sparse.iter().zip(groups).enumerate() {
+            let corner = samples.corner(group);
+            let corner = Vec4::new(0.0, 0.0, corner.x, corner.y);
+            let mut rest = lanes;
+            while rest != 0 {
+                let lane = rest.trailing_zeros() as usize;
+                rest &= rest - 1;
+                rows[count % SPARSE] = (samples.means.lane(lane) + corner).to_array();
+                owners[count % SPARSE] = (2 * i) as u8 | (samples.means.odd >> lane & 1) as u8;
+                count += 1;
             }
-            let places = Places {
-                u: f32x16::load_array_ref(simd, &places[0]),
-                v: f32x16::load_array_ref(simd, &places[1]),
-                x: f32x16::load_array_ref(simd, &places[2]),
-                y: f32x16::load_array_ref(simd, &places[3]),
-            };
+        }
+        let side_by_side = rows.as_chunks::<LANES>().0.iter().zip(owners.as_chunks::<LANES>().0);
+        for (number, (rows, owners)) in side_by_side.enumerate().take(count.div_ceil(LANES)) {
+            let places = Places::of_rows(simd, rows);
             let coordinates = Coordinates::new(self.functions, places.u, places.v);
             let spots = coordinates.at(simd, places.x, places.y).usable(simd);
-            self.waiting.add_packed(simd, choice, spots, (owners, filled), reads);
+            let filled = (count - number * LANES).min(LANES);
+            waiting.add_packed(simd, choice, spots, (*owners, filled), reads);
         }
-        self.waiting.fetch_packed(simd, choice, reads);
+        waiting.fetch_packed(simd, choice, reads);
     }
 }
 
@@ -310,7 +314,7 @@ mod tests {
         };
         at_level!(SimdLevel::best().level(), simd => {
             let mut texture = Textured::new(&material, &look, &samples).unwrap();
-            texture.sums(simd, groups, &samples.places(simd, groups))
+            texture.sums(simd, groups, &samples.places(simd, groups), &mut LookUps::default())
         })
     }
 
