@@ -3,7 +3,7 @@
 //! The scene file: `document` (TOML with places) -> `shape` (against the schema) -> `file` (the mirror
 //! structs) -> `validate` (a [`SceneDescription`]: units converted, defaults filled, every wrong value
 //! refused with its line) -> `resolve` (movements solved). Its assets: `source` (the one door to files) ->
-//! `normalize`, `obj`, `mtl`, `triangulate`, `texture`, `mip` -> `assets` (a [`Model`]). Both:
+//! `normalize`, `obj`, `mtl`, `triangulate`, `texture`, `mip`, `outline` -> `assets` (a [`Model`]). Both:
 //! `load` (a [`Scene`] with its `surfaces` in the world, and which of them look alike: `patches`).
 
 mod assets;
@@ -21,6 +21,7 @@ mod mip;
 mod mtl;
 mod normalize;
 mod obj;
+pub(crate) mod outline;
 mod patches;
 mod pictures;
 mod resolve;
@@ -64,6 +65,7 @@ pub use texture::{Level, Texture, is_decoding};
 
 // What figure files share with scene files.
 pub(crate) use file::{CameraTable, FocusTable, MeshTable, PlaneTable, RenderTable, SceneTables, SkyTable};
+pub(crate) use outline::Outline;
 pub(crate) use schema::of as schema_of;
 pub(crate) use shape::{check as check_shape, nearest};
 pub(crate) use smooth::Smooth;

@@ -13,6 +13,7 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use rayon::prelude::*;
 
 use super::mip::next_level;
+use super::outline::Outline;
 use super::smooth::Smooth;
 
 /// Most texels on a side.
@@ -25,7 +26,7 @@ const TEXEL_LIMIT: u64 = 1 << 26;
 const DECODED_LIMIT: u64 = 256 << 20;
 
 /// An alpha below this is a hole.
-const HALF: u16 = 1 << 15;
+pub(super) const HALF: u16 = 1 << 15;
 
 /// One mip level.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -51,6 +52,8 @@ pub struct Texture {
     pub has_holes: bool,
     /// Where level 0 is smooth.
     pub(crate) smooth: Smooth,
+    /// Where each level's holes end; none where there are none.
+    pub(crate) outlines: Vec<Outline>,
 }
 
 impl Texture {
@@ -66,7 +69,8 @@ impl Texture {
         while let Some(next) = levels.last().and_then(next_level) {
             levels.push(next);
         }
-        Some(Self { levels, has_holes, smooth })
+        let outlines = if has_holes { levels.iter().map(Outline::of).collect() } else { Vec::new() };
+        Some(Self { levels, has_holes, smooth, outlines })
     }
 
     /// The mean colour: its last level.
@@ -81,12 +85,13 @@ impl Texture {
         for texel in levels.iter_mut().flat_map(|level| &mut level.texels) {
             texel[3] = u16::MAX;
         }
-        Self { levels, has_holes: false, smooth: self.smooth.clone() }
+        Self { levels, has_holes: false, smooth: self.smooth.clone(), outlines: Vec::new() }
     }
 
     /// Bytes of memory that it takes.
     pub(crate) fn bytes(&self) -> u64 {
-        self.levels.iter().map(|level| level.texels.len() as u64 * 8).sum()
+        let outlines: u64 = self.outlines.iter().map(|outline| outline.fours().len() as u64).sum();
+        self.levels.iter().map(|level| level.texels.len() as u64 * 8).sum::<u64>() + outlines
     }
 }
 
@@ -142,7 +147,7 @@ pub(crate) fn cost(bytes: &[u8], name: &Path) -> Result<Cost, String> {
         let decoded = decoder.total_bytes();
         let copy = if decoded > 4 * texels { 8 * texels } else { 0 };
         let file = bytes.len() as u64;
-        Ok(Cost { working: 2 * file + 2 * decoded + copy, kept: texels * 8 * 4 / 3 + 8 })
+        Ok(Cost { working: 2 * file + 2 * decoded + copy, kept: texels * 9 * 4 / 3 + 9 })
     })
 }
 

@@ -38,6 +38,12 @@ impl Around {
             across: is_last.to_bitmask() as u16,
         }
     }
+
+    /// The numbers of the left top texels.
+    #[inline(always)]
+    pub(super) fn places(&self) -> &[u32; LANES] {
+        &self.left_top
+    }
 }
 
 /// What lies between the four texels around each of 16 places.

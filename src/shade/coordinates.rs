@@ -60,14 +60,14 @@ impl<S: Simd> Coordinates<S> {
     /// The square of the shorter side of each pixel's footprint for a fixed lens point; `size` texels make up the
     /// texture.
     #[inline(always)]
-    pub(super) fn shorter_side_squared(&self, spots: &Spots<S>, size: Vec2) -> [f32; LANES] {
+    pub(super) fn shorter_side_squared(&self, spots: &Spots<S>, size: Vec2) -> f32x16<S> {
         let Self([[_, sx, sy], [_, tx, ty], [_, wx, wy]]) = *self;
         let Spots { s, t, inverse } = *spots;
         let (across, along) = (inverse * size.x, inverse * size.y);
         let (s_dx, t_dx) = ((sx - s * wx) * across, (tx - t * wx) * along);
         let (s_dy, t_dy) = ((sy - s * wy) * across, (ty - t * wy) * along);
         let (right, down) = (s_dx * s_dx + t_dx * t_dx, s_dy * s_dy + t_dy * t_dy);
-        right.simd_lt(down).select(right, down).to_array()
+        right.simd_lt(down).select(right, down)
     }
 }
 

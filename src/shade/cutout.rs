@@ -8,6 +8,7 @@ use super::coordinates::Coordinates;
 use super::filter::{self, Choice};
 use super::gather::holes;
 use super::look::Look;
+use super::texels::of_first;
 use crate::raster::view::Batch;
 use crate::sampling::{chance, hash};
 use crate::scene::Material;
@@ -56,16 +57,10 @@ fn solid<S: Simd>(simd: S, material: &Material, look: &Look, batch: &Batch, corn
     let at = spots.usable(simd);
     let mut met = lanes;
     for map in material.holed_maps() {
-        let squares = coordinates.shorter_side_squared(&spots, filter::size(map));
-        // Lanes of one level together: mostly all of them.
+        let levels = filter::alpha_levels(simd, coordinates.shorter_side_squared(&spots, filter::size(map)));
         let mut rest = met;
         while rest != 0 {
-            let level = filter::alpha_level(squares[rest.trailing_zeros() as usize]);
-            let mut same = 0;
-            for (lane, &square) in squares.iter().enumerate() {
-                same |= u16::from(filter::alpha_level(square) == level) << lane;
-            }
-            same &= rest;
+            let (level, same) = of_first(simd, levels, rest);
             rest &= !same;
             if let Some(choice) = Choice::alpha(map, level, look.anchor) {
                 met &= !holes(simd, choice, at, same);

@@ -3,7 +3,8 @@
 //! Texture coordinates run right and down here, in repeats of the texture, from an [`Anchor`] near the tile: what
 //! is left is small, and single precision places it to a hundred-thousandth of a texel.
 
-use crate::scene::{Level, Texture};
+use crate::scene::{Level, Outline, Texture};
+use fearless_simd::{Bytes, Select, Simd, SimdBase, f32x16, u32x16};
 use glam::{Vec2, Vec4};
 
 /// Where coordinates start, right and down from the texture's left top corner, in 256ths of the texture.
@@ -56,9 +57,11 @@ pub(crate) struct Choice<'a> {
     pub down: Side,
     /// Take the texel that a sample lies in, instead of interpolating between four.
     pub nearest: bool,
+    /// Of a level to take alpha from, where its holes end.
+    pub outline: &'a [u8],
 }
 
-/// Which level holds the colours where coordinates change by `dx` and `dy` from pixel to pixel, whatever the number
+/// Which levels hold the colours, of 16 places, where coordinates change by `dx` and `dy` from pixel to pixel, whatever the number
 /// of samples; many then average to the box-filtered texture. (A footprint of the whole pixel would blur twice.)
 /// From the square of the footprint's shorter side in texels of the finest level.
 ///
@@ -67,16 +70,16 @@ pub(crate) struct Choice<'a> {
 /// quarter, since a box of width `w` has the variance `w^2 / 12` and a tent over two texels `w^2 / 6`: at an
 /// eighth of its loads. Magnified (level 0): bilinear.
 #[inline(always)]
-pub(crate) fn colour_level(shorter_side_squared: f32) -> usize {
+pub(super) fn colour_levels<S: Simd>(simd: S, shorter_sides_squared: f32x16<S>) -> u32x16<S> {
     // log2 of a side, to the nearest whole number, is that of its square, plus one, halved and rounded down.
-    half_log2(shorter_side_squared * (2.0 / 16.0))
+    half_log2s(simd, shorter_sides_squared * (2.0 / 16.0))
 }
 
 /// Which level holds the alpha, read bilinearly: the finer of the two about a quarter of the pixel's shorter side.
 /// It is compared to a threshold, so outlines would show single texels.
 #[inline(always)]
-pub(crate) fn alpha_level(shorter_side_squared: f32) -> usize {
-    half_log2(shorter_side_squared * (1.0 / 16.0))
+pub(super) fn alpha_levels<S: Simd>(simd: S, shorter_sides_squared: f32x16<S>) -> u32x16<S> {
+    half_log2s(simd, shorter_sides_squared * (1.0 / 16.0))
 }
 
 /// Texels of the finest level.
@@ -85,9 +88,10 @@ pub(crate) fn size(texture: &Texture) -> Vec2 {
 }
 
 /// Half of log2, rounded down; 0 below 4 and for what is no number.
-#[inline]
-fn half_log2(x: f32) -> usize {
-    if x >= 4.0 { ((x.to_bits() >> 23) as usize - 127) / 2 } else { 0 }
+#[inline(always)]
+fn half_log2s<S: Simd>(simd: S, x: f32x16<S>) -> u32x16<S> {
+    let exponents = (x.bitcast::<u32x16<S>>() >> 23) - 127;
+    x.simd_ge(f32x16::splat(simd, 4.0)).select(exponents >> 1, u32x16::splat(simd, 0))
 }
 
 impl<'a> Choice<'a> {
@@ -100,14 +104,16 @@ impl<'a> Choice<'a> {
     /// A level to take alpha from.
     #[inline]
     pub(crate) fn alpha(texture: &'a Texture, level: usize, anchor: Anchor) -> Option<Self> {
-        Self::new(texture, level, anchor, false)
+        let choice = Self::new(texture, level, anchor, false)?;
+        let outline = texture.outlines.get(level).or(texture.outlines.last());
+        Some(Self { outline: outline.map_or(&[], Outline::fours), ..choice })
     }
 
     #[inline]
     fn new(texture: &'a Texture, level: usize, anchor: Anchor, nearest: bool) -> Option<Self> {
         let level = texture.levels.get(level).or(texture.levels.last())?;
         let (right, down) = (Side::new(level.width, anchor[0]), Side::new(level.height, anchor[1]));
-        Some(Self { level, right, down, nearest })
+        Some(Self { level, right, down, nearest, outline: &[] })
     }
 
     /// Linear red, green, blue and opacity at `at` from the anchor, repeated in both directions: one place by itself, as
@@ -153,6 +159,7 @@ fn floor(t: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::{SimdLevel, at_level};
 
     fn checker() -> Texture {
         let white = [65535; 4];
@@ -164,6 +171,7 @@ mod tests {
             ],
             has_holes: false,
             smooth: Default::default(),
+            outlines: Vec::new(),
         }
     }
 
@@ -174,7 +182,10 @@ mod tests {
             let from = Vec2::new(anchor[0] as f32, anchor[1] as f32) / 256.0;
             let level = {
                 let side = |d: Vec2| (d * size(&texture)).length_squared();
-                colour_level(side(dx).min(side(dy)))
+                let square = side(dx).min(side(dy));
+                at_level!(SimdLevel::Scalar.level(), simd => {
+                    colour_levels(simd, f32x16::splat(simd, square)).to_array()[0] as usize
+                })
             };
             Choice::colour(&texture, level, anchor).unwrap().read(Vec2::new(uv.x, 1.0 - uv.y) - from).x
         };

@@ -7,7 +7,7 @@
 use super::bilinear::{Around, Between};
 use super::filter::{Choice, Side};
 use crate::raster::LANES;
-use crate::scene::Texture;
+use crate::scene::{Texture, outline};
 use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16, u32x16};
 use glam::Vec4;
 
@@ -260,7 +260,17 @@ fn sum(texels: &[[u16; 4]], places: &[u32; LANES], lanes: u16) -> Vec4 {
 /// Which of `lanes` look at an opacity of less than a half, interpolated.
 #[inline(always)]
 pub(crate) fn holes<S: Simd>(simd: S, choice: Choice<'_>, at: [f32x16<S>; 2], lanes: u16) -> u16 {
-    Between::new(simd, choice, &Around::new(simd, choice, at)).holes(lanes)
+    let around = Around::new(simd, choice, at);
+    let (mut all, mut some) = (0, 0);
+    let mut rest = lanes;
+    while rest != 0 {
+        let lane = rest.trailing_zeros() as usize % LANES;
+        rest &= rest - 1;
+        let four = choice.outline.get(around.places()[lane] as usize).copied().unwrap_or(outline::SOME);
+        all |= u16::from(four & 1) << lane;
+        some |= u16::from(four >> 1) << lane;
+    }
+    if some == 0 { all } else { all | Between::new(simd, choice, &around).holes(some) }
 }
 
 /// A texel's channel as a part of a full one.

@@ -217,7 +217,8 @@ fn surface<S: Simd>(
     let ambient = diffuse * shader.ambient.extend(0.0);
     let mut texture = Textured::new(material, look, samples).map(|texture| {
         let shared = texture.shared(simd, groups, &samples.places(simd, groups));
-        (texture, shared)
+        let levels = shared.levels.to_array();
+        (texture, shared, levels)
     });
     for (i, group) in groups.iter().enumerate().take(LANES) {
         let counts = samples.counts(group);
@@ -230,12 +231,12 @@ fn surface<S: Simd>(
             total[usize::from(batch.odd >> lane & 1)] += weights[lane];
         }
         let mut colors = [0, 1].map(|half: usize| (emission + ambient) * counts[half] + color * total[half]);
-        if let Some((texture, shared)) = &mut texture {
+        if let Some((texture, shared, levels)) = &mut texture {
             let (all, lit) = if shared.which >> i & 1 == 1 {
                 let texel = shared.texels[i];
                 (counts.map(|count| texel * count), total.map(|total| texel * total))
             } else {
-                let Some((choice, at)) = texture.alone(simd, group, shared.squares[i]) else {
+                let Some((choice, at)) = texture.alone(simd, group, levels[i] as usize) else {
                     continue;
                 };
                 let (lanes, odd) = (group.lanes_of(0), batch.odd);

@@ -14,7 +14,7 @@ use crate::raster::group::Group;
 use crate::raster::view::Batch;
 use crate::raster::{BATCHES, LANES};
 use crate::scene::{Material, Smooth, Texture};
-use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
+use fearless_simd::{Simd, SimdBase, SimdMask, f32x16, u32x16};
 use glam::Vec4;
 
 /// Sums of colours of the even and the odd samples of 16 groups: those of group `i` are numbers `2 i` and `2 i + 1`.
@@ -52,12 +52,12 @@ impl Default for LookUps {
 }
 
 /// Look-ups at the mean places of 16 groups.
-pub(super) struct Shared {
+pub(super) struct Shared<S: Simd> {
     /// Groups whose samples all see this colour.
     pub which: u16,
     pub texels: [Vec4; LANES],
-    /// The squares of the shorter sides of the pixels' footprints, in texels of the finest level.
-    pub squares: [f32; LANES],
+    /// The levels of the texture that the others' samples look into.
+    pub levels: u32x16<S>,
 }
 
 impl<'a, S: Simd> Textured<'a, S> {
@@ -78,7 +78,7 @@ impl<'a, S: Simd> Textured<'a, S> {
         look_ups: &mut LookUps,
     ) -> Reads {
         let mut reads = [Vec4::ZERO; 2 * LANES];
-        let Shared { which: shared, texels, squares } = self.shared(simd, groups, at);
+        let Shared { which: shared, texels, levels } = self.shared(simd, groups, at);
         if shared != 0 {
             for (i, group) in groups.iter().enumerate().take(LANES) {
                 let [even, odd] = self.samples.counts(group);
@@ -87,8 +87,7 @@ impl<'a, S: Simd> Textured<'a, S> {
         }
         let mut rest = of_groups(groups) & !shared;
         while rest != 0 {
-            let level = filter::colour_level(squares[rest.trailing_zeros() as usize % LANES]);
-            let same = rest & alike(&squares, level);
+            let (level, same) = of_first(simd, levels, rest);
             if let Some(choice) = Choice::colour(self.map, level, self.look.anchor) {
                 let sparse = self.full(simd, choice, (groups, same), look_ups, &mut reads);
                 self.packed(simd, choice, (groups, &sparse), look_ups, &mut reads);
@@ -100,12 +99,12 @@ impl<'a, S: Simd> Textured<'a, S> {
 
     /// The one look-up of each group that needs no more: a single sample, or many that look where the texture is smooth.
     #[inline(always)]
-    pub(super) fn shared(&self, simd: S, groups: &[Group], at: &Places<S>) -> Shared {
+    pub(super) fn shared(&self, simd: S, groups: &[Group], at: &Places<S>) -> Shared<S> {
         let (map, size) = (self.map, filter::size(self.map));
         let coordinates = Coordinates::new(self.functions, at.u, at.v);
         let spots = coordinates.at(simd, at.x, at.y);
         let places = spots.usable(simd);
-        let squares = coordinates.shorter_side_squared(&spots, size);
+        let levels = filter::colour_levels(simd, coordinates.shorter_side_squared(&spots, size));
         let mut which = of_groups(groups);
         if !self.samples.single {
             let finest = if map.smooth.is_empty() { None } else { Choice::colour(map, 0, self.look.anchor) };
@@ -114,7 +113,7 @@ impl<'a, S: Simd> Textured<'a, S> {
                 let [right, down] = reaches(self.functions, &coordinates, at, &spots, ranges, size);
                 let reach = f32x16::splat(simd, Smooth::REACH);
                 let near = (right.simd_le(reach) & down.simd_le(reach)).to_bitmask() as u16;
-                which &= near & alike(&squares, 0);
+                which &= near & levels.simd_eq(u32x16::splat(simd, 0)).to_bitmask() as u16;
                 if which != 0 {
                     which &= gather::smooth(simd, map, choice, places);
                 }
@@ -123,25 +122,23 @@ impl<'a, S: Simd> Textured<'a, S> {
             }
         }
         let mut texels = [Vec4::ZERO; LANES];
-        self.read(simd, &squares, places, which, &mut texels);
-        Shared { which, texels, squares }
+        self.read(simd, levels, places, which, &mut texels);
+        Shared { which, texels, levels }
     }
 
-    /// The texels at those of 16 places that are in the mask `which`, where pixels span `squares`.
+    /// The texels at those of 16 places that are in the mask `which`, each from its level.
     #[inline(always)]
     fn read(
         &self,
         simd: S,
-        squares: &[f32; LANES],
+        levels: u32x16<S>,
         spots: [f32x16<S>; 2],
         which: u16,
         texels: &mut [Vec4; LANES],
     ) {
-        // Lanes of one level together: mostly all of them.
         let mut rest = which;
         while rest != 0 {
-            let level = filter::colour_level(squares[rest.trailing_zeros() as usize % LANES]);
-            let same = alike(squares, level) & rest;
+            let (level, same) = of_first(simd, levels, rest);
             rest &= !same;
             if let Some(choice) = Choice::colour(self.map, level, self.look.anchor) {
                 gather::each(simd, choice, spots, same, texels);
@@ -155,9 +152,9 @@ impl<'a, S: Simd> Textured<'a, S> {
         &mut self,
         simd: S,
         group: &Group,
-        square: f32,
+        level: usize,
     ) -> Option<(Choice<'a>, [f32x16<S>; 2])> {
-        let choice = Choice::colour(self.map, filter::colour_level(square), self.look.anchor)?;
+        let choice = Choice::colour(self.map, level, self.look.anchor)?;
         Some((choice, self.places(simd, group, (0, self.samples.batches.first()?))))
     }
 
@@ -250,14 +247,12 @@ fn of_groups(groups: &[Group]) -> u16 {
     (0xffff_u32 >> (LANES - groups.len().min(LANES))) as u16
 }
 
-/// Where colours are read from this level.
+/// The level of the first of `lanes`, and those of them that look into the same: mostly all.
 #[inline(always)]
-fn alike(squares: &[f32; LANES], level: usize) -> u16 {
-    let mut same = 0;
-    for (lane, &square) in squares.iter().enumerate() {
-        same |= u16::from(filter::colour_level(square) == level) << lane;
-    }
-    same
+pub(super) fn of_first<S: Simd>(simd: S, levels: u32x16<S>, lanes: u16) -> (usize, u16) {
+    let level = levels.to_array()[lanes.trailing_zeros() as usize % LANES];
+    let same = levels.simd_eq(u32x16::splat(simd, level)).to_bitmask() as u16;
+    (level as usize, same & lanes)
 }
 
 #[cfg(test)]
