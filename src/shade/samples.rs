@@ -42,6 +42,7 @@ impl Rays {
 /// group costs four loads a batch.
 pub(crate) struct LaneSums {
     sums: [[[Vec4; 16]; 4]; BATCHES],
+    lanes: [Vec4; BATCHES * LANES],
     /// The most that two lanes lie apart: `u`, `v`, `x`, `y`.
     pub(super) ranges: Vec4,
     /// Lanes whose samples belong to the other half of the error estimate.
@@ -62,9 +63,16 @@ const INVERSE: [f32; 2 * BATCHES * LANES] = {
 impl LaneSums {
     pub(crate) fn new(batches: &[Batch]) -> Self {
         let lane = |batch: &Batch, i: usize| Vec4::new(batch.u[i], batch.v[i], batch.x[i], batch.y[i]);
-        let mut all = Self { sums: [[[Vec4::ZERO; 16]; 4]; BATCHES], ranges: Vec4::ZERO, odd: 0 };
+        let mut all = Self {
+            sums: [[[Vec4::ZERO; 16]; 4]; BATCHES],
+            lanes: [Vec4::ZERO; BATCHES * LANES],
+            ranges: Vec4::ZERO,
+            odd: 0,
+        };
         let (mut low, mut high) = (Vec4::INFINITY, Vec4::NEG_INFINITY);
-        for (number, (sums, batch)) in all.sums.iter_mut().zip(batches).enumerate() {
+        let each_lane = all.lanes.chunks_exact_mut(LANES);
+        for (number, ((sums, lanes), batch)) in all.sums.iter_mut().zip(each_lane).zip(batches).enumerate() {
+            lanes.iter_mut().enumerate().for_each(|(i, place)| *place = lane(batch, i));
             all.odd |= u64::from(batch.odd) << (LANES * number);
             for (part, sums) in sums.iter_mut().enumerate() {
                 for mask in 1..sums.len() {
@@ -83,7 +91,13 @@ impl LaneSums {
     /// The place of a lane, from the block's corner.
     #[inline(always)]
     pub(super) fn lane(&self, lane: usize) -> Vec4 {
-        self.sums[lane / LANES % BATCHES][lane / 4 % 4][1 << (lane % 4)]
+        self.lanes[lane % (BATCHES * LANES)]
+    }
+
+    /// 1 for a lane of the odd half.
+    #[inline(always)]
+    pub(super) fn odd_bit(&self, lane: usize) -> u8 {
+        (self.odd >> (lane % (BATCHES * LANES)) & 1) as u8
     }
 
     /// The mean place of `lanes`, which are not none, from the block's corner.

@@ -23,8 +23,8 @@ pub(super) type Reads = [Vec4; 2 * LANES];
 /// Where a group has this many samples of a batch, they look into the texture by themselves.
 const DENSE: u32 = 8;
 
-/// The most samples of 16 groups that do not.
-const SPARSE: usize = LANES * BATCHES * (DENSE as usize - 1);
+/// Room for all samples of 16 groups that do not. (A power of two: numbers are kept within it by a mask.)
+const ROWS: usize = (LANES * BATCHES * (DENSE as usize - 1)).next_power_of_two();
 
 /// A surface's texture in a tile, for up to four batches of samples.
 pub(super) struct Textured<'a, S: Simd> {
@@ -41,13 +41,13 @@ pub(super) struct Textured<'a, S: Simd> {
 pub(crate) struct LookUps {
     waiting: Waiting,
     /// Samples side by side: their places, and the numbers of their sums.
-    rows: [[f32; 4]; SPARSE],
-    owners: [u8; SPARSE],
+    rows: [[f32; 4]; ROWS],
+    owners: [u8; ROWS],
 }
 
 impl Default for LookUps {
     fn default() -> Self {
-        Self { waiting: Waiting::NONE, rows: [[0.0; 4]; SPARSE], owners: [0; SPARSE] }
+        Self { waiting: Waiting::NONE, rows: [[0.0; 4]; ROWS], owners: [0; ROWS] }
     }
 }
 
@@ -224,8 +224,8 @@ impl<'a, S: Simd> Textured<'a, S> {
             while rest != 0 {
                 let lane = rest.trailing_zeros() as usize;
                 rest &= rest - 1;
-                rows[count % SPARSE] = (samples.means.lane(lane) + corner).to_array();
-                owners[count % SPARSE] = (2 * i) as u8 | (samples.means.odd >> lane & 1) as u8;
+                rows[count % ROWS] = (samples.means.lane(lane) + corner).to_array();
+                owners[count % ROWS] = (2 * i) as u8 | samples.means.odd_bit(lane);
                 count += 1;
             }
         }
