@@ -222,11 +222,15 @@ impl<'a, S: Simd> Textured<'a, S> {
             let corner = Vec4::new(0.0, 0.0, corner.x, corner.y);
             let mut rest = lanes;
             while rest != 0 {
-                let lane = rest.trailing_zeros() as usize;
-                rest &= rest - 1;
-                rows[count % ROWS] = (samples.means.lane(lane) + corner).to_array();
-                owners[count % ROWS] = (2 * i) as u8 | samples.means.odd_bit(lane);
-                count += 1;
+                // Four without a branch: how many a group has nothing foresees.
+                let left = rest.count_ones() as usize;
+                for at in count..count + 4 {
+                    let lane = rest.trailing_zeros() as usize;
+                    rest &= rest.wrapping_sub(1);
+                    rows[at % ROWS] = (samples.means.lane(lane) + corner).to_array();
+                    owners[at % ROWS] = (2 * i) as u8 | samples.means.odd_bit(lane);
+                }
+                count += left.min(4);
             }
         }
         let side_by_side = rows.as_chunks::<LANES>().0.iter().zip(owners.as_chunks::<LANES>().0);
