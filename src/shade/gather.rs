@@ -71,7 +71,8 @@ impl Waiting {
     };
 
     /// Those of `lanes`, which look right and down from the texture's anchor.
-    #[inline(always)]
+    #[cfg_attr(not(target_family = "wasm"), inline(always))]
+    #[cfg_attr(target_family = "wasm", inline(never))]
     pub(super) fn add<S: Simd>(
         &mut self,
         simd: S,
@@ -106,7 +107,8 @@ impl Waiting {
     }
 
     /// Samples side by side, each with an owner of its own, as many as there are.
-    #[inline(always)]
+    #[cfg_attr(not(target_family = "wasm"), inline(always))]
+    #[cfg_attr(target_family = "wasm", inline(never))]
     pub(super) fn add_packed<S: Simd>(
         &mut self,
         simd: S,
@@ -122,7 +124,8 @@ impl Waiting {
     }
 
     /// Adds what they read to each owner's sum; none waits any more.
-    #[inline(always)]
+    #[cfg_attr(not(target_family = "wasm"), inline(always))]
+    #[cfg_attr(target_family = "wasm", inline(never))]
     pub(super) fn fetch_packed<S: Simd>(
         &mut self,
         simd: S,
@@ -147,7 +150,8 @@ impl Waiting {
     }
 
     /// Adds what they read to their owners' sums; none waits any more.
-    #[inline(always)]
+    #[cfg_attr(not(target_family = "wasm"), inline(always))]
+    #[cfg_attr(target_family = "wasm", inline(never))]
     pub(super) fn fetch<S: Simd>(&mut self, simd: S, choice: Choice<'_>, sums: &mut [Vec4; 2 * LANES]) {
         let texels = &choice.level.texels[..];
         let count = std::mem::take(&mut self.count);
@@ -332,10 +336,46 @@ mod tests {
     use crate::simd::{SimdLevel, at_level};
     use glam::Vec2;
 
+    /// Texels at random, a third of them holes.
+    fn texture(width: u32, height: u32) -> Texture {
+        let channel = |i: u32, c: u32| (hash(i * 4 + c) >> 16) as u16;
+        let alpha = |i: u32| if hash(i) % 3 == 0 { channel(i, 3) / 2 } else { 32768 + channel(i, 3) / 2 };
+        let texels = (0..width * height).map(|i| [channel(i, 0), channel(i, 1), channel(i, 2), alpha(i)]);
+        Texture::from_level(Level { width, height, texels: texels.collect() }).unwrap()
+    }
+
     #[test]
     fn sixteen_look_ups_equal_single_ones() {
-        let texels = (0..35u32).map(|i| [0u32, 1, 2, 3].map(|c| (hash(i * 4 + c) >> 16) as u16)).collect();
-        let texture = Texture::from_level(Level { width: 7, height: 5, texels }).unwrap();
+        // Sizes that are powers of two have a way of their own.
+        for (width, height) in [(7, 5), (8, 4), (8, 5), (1, 1), (2, 64)] {
+            look_ups(texture(width, height));
+        }
+    }
+
+    #[test]
+    fn holes_are_where_the_interpolated_opacity_is_less_than_a_half() {
+        for map in [texture(7, 5), texture(8, 4), texture(64, 64)] {
+            let choice = Choice::alpha(&map, 0, [77, 200]).unwrap();
+            let place = |i: usize| hash(i as u32) as f32 / 2_147_483_648.0 - 1.0;
+            let mut met = 0;
+            for first in (0..6400).step_by(2 * LANES) {
+                let at = [0, LANES].map(|axis| std::array::from_fn(|lane| place(first + axis + lane)));
+                let lanes = hash(first as u32) as u16;
+                let found = at_level!(SimdLevel::best().level(), simd => {
+                    holes(simd, choice, at.map(|at| f32x16::load_array(simd, at)), lanes)
+                });
+                for lane in 0..LANES {
+                    let alpha = choice.read(Vec2::new(at[0][lane], at[1][lane])).w;
+                    let is_hole = found >> lane & 1 == 1;
+                    assert!((alpha - 0.5).abs() < 1e-6 || is_hole == (lanes >> lane & 1 == 1 && alpha < 0.5));
+                    met += u32::from(is_hole);
+                }
+            }
+            assert!(met > 200, "{met}");
+        }
+    }
+
+    fn look_ups(texture: Texture) {
         let random = |seed: u32| std::array::from_fn(|i| hash(seed + i as u32) as f32 / 4_294_967_296.0);
         let batch = Batch {
             cell: 0,
