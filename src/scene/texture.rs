@@ -19,7 +19,7 @@ use super::smooth::Smooth;
 /// Most texels on a side.
 const SIDE_LIMIT: u32 = 16384;
 
-/// Most texels in all: 8192 x 8192, whose levels take 683 MiB.
+/// Most texels in all: 8192 x 8192, whose levels take 683 MiB, 768 with holes.
 const TEXEL_LIMIT: u64 = 1 << 26;
 
 /// Most memory that decoding may take, in bytes: what [`TEXEL_LIMIT`] texels of 8-bit RGBA take.

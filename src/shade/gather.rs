@@ -339,7 +339,8 @@ mod tests {
     /// Texels at random, a third of them holes.
     fn texture(width: u32, height: u32) -> Texture {
         let channel = |i: u32, c: u32| (hash(i * 4 + c) >> 16) as u16;
-        let alpha = |i: u32| if hash(i) % 3 == 0 { channel(i, 3) / 2 } else { 32768 + channel(i, 3) / 2 };
+        let alpha =
+            |i: u32| if hash(i).is_multiple_of(3) { channel(i, 3) / 2 } else { 32768 + channel(i, 3) / 2 };
         let texels = (0..width * height).map(|i| [channel(i, 0), channel(i, 1), channel(i, 2), alpha(i)]);
         Texture::from_level(Level { width, height, texels: texels.collect() }).unwrap()
     }
@@ -359,13 +360,14 @@ mod tests {
             let place = |i: usize| hash(i as u32) as f32 / 2_147_483_648.0 - 1.0;
             let mut met = 0;
             for first in (0..6400).step_by(2 * LANES) {
-                let at = [0, LANES].map(|axis| std::array::from_fn(|lane| place(first + axis + lane)));
+                let [right, down] = [0, LANES]
+                    .map(|axis| std::array::from_fn::<_, LANES, _>(|lane| place(first + axis + lane)));
                 let lanes = hash(first as u32) as u16;
                 let found = at_level!(SimdLevel::best().level(), simd => {
-                    holes(simd, choice, at.map(|at| f32x16::load_array(simd, at)), lanes)
+                    holes(simd, choice, [right, down].map(|at| f32x16::load_array(simd, at)), lanes)
                 });
-                for lane in 0..LANES {
-                    let alpha = choice.read(Vec2::new(at[0][lane], at[1][lane])).w;
+                for (lane, (right, down)) in right.into_iter().zip(down).enumerate() {
+                    let alpha = choice.read(Vec2::new(right, down)).w;
                     let is_hole = found >> lane & 1 == 1;
                     assert!((alpha - 0.5).abs() < 1e-6 || is_hole == (lanes >> lane & 1 == 1 && alpha < 0.5));
                     met += u32::from(is_hole);
