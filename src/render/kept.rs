@@ -7,6 +7,7 @@
 use super::resolve::{ByBlock, Sum};
 use crate::picture::BLOCK;
 use crate::raster::TILE;
+use glam::Vec4;
 
 /// Pixels of a tile.
 pub(super) const AREA: usize = (TILE * TILE) as usize;
@@ -39,11 +40,28 @@ pub(super) fn load((even, odd): (&Half, &Half), apart: Blocks, sums: &mut [Sum])
 pub(super) fn save(sums: &[Sum], apart: Blocks, (even, odd): Kept<'_>) {
     let total = |[a, b]: &Sum| std::array::from_fn(|channel| a[channel] + b[channel]);
     if apart == 0 {
-        even.iter_mut().zip(sums).for_each(|(even, sum)| *even = total(sum));
+        totals(sums, even);
         return;
     }
     for (at, sum) in sums.iter().enumerate().take(AREA) {
         [even[at], odd[at]] = if is_in(apart, at) { *sum } else { [total(sum), [0.0; 3]] };
+    }
+}
+
+/// The totals of all sums. Four numbers at a time, of which the fourth is overwritten by the next pixel's first.
+fn totals(sums: &[Sum], out: &mut Half) {
+    let halves = sums.as_flattened().as_flattened().chunks_exact(6);
+    let (out, mut at) = (out.as_flattened_mut(), 0);
+    for (pixel, next) in halves.clone().zip(halves.skip(1)) {
+        let [even, odd] = [[pixel[0], pixel[1], pixel[2], 0.0], [pixel[3], pixel[4], pixel[5], next[0]]];
+        let total = Vec4::from_array(even) + Vec4::from_array(odd);
+        if let Some(out) = out.get_mut(at..at + 4) {
+            out.copy_from_slice(&total.to_array());
+        }
+        at += 3;
+    }
+    if let (Some([a, b]), Some(last)) = (sums.last(), out.get_mut(at..at + 3)) {
+        (0..3).for_each(|channel| last[channel] = a[channel] + b[channel]);
     }
 }
 
