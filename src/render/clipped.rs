@@ -13,7 +13,7 @@ use glam::{DVec3, Vec3};
 use std::ops::Range;
 
 /// What half of the samples of a pixel near by show, at least: else there is nothing to clip.
-const BRIGHT: f32 = 1.5;
+pub(super) const BRIGHT: f32 = 1.5;
 
 /// Pixels to each side that tell of a pixel: over more the rim of a lamp is not alike. (Four told too much by a fifth.)
 const REACH: usize = 2;
@@ -76,6 +76,12 @@ impl Halves {
         (0..self.pixels.len()).map(of_pixel).collect()
     }
 
+    /// Pixel by pixel the squared error, summed over channels, as its halves differ.
+    pub(super) fn differences(&self) -> Vec<f64> {
+        let share = share(self.samples);
+        (0..self.pixels.len()).map(|at| share * self.own(at).length_squared()).collect()
+    }
+
     /// What a pixel's own halves differ by.
     fn own(&self, at: usize) -> DVec3 {
         let [a, b] = self.pixels[at].map(|half| half.clamp(Vec3::ZERO, Vec3::ONE));
@@ -118,7 +124,7 @@ pub(super) fn share(samples: u32) -> f64 {
 }
 
 /// Whether a pixel shows so much that clipping counts.
-pub(super) fn is_bright([a, b]: [Vec3; 2]) -> bool {
+fn is_bright([a, b]: [Vec3; 2]) -> bool {
     a.max(b).max_element() > BRIGHT
 }
 

@@ -3,7 +3,7 @@
 use super::draw::{Borrowed, Step, TILES_AT_ONCE};
 use super::pattern::Splits;
 use super::picture::Picture;
-use super::resolve::Sum;
+use super::resolve::{Sum, clear_outside, means_of};
 use super::stages::Stopwatch;
 use super::{Counts, Execution, cancelled, done, too_large};
 use crate::error::Result;
@@ -55,8 +55,8 @@ impl Picture<'_> {
                     self.spread_all(place, (&found, &stated), errors);
                 }
                 tally.unseen_light = u64::from(raised.count_ones());
-                self.means(place, sums, &samples);
-                out.copy_from_slice(&sums.as_flattened()[..area]);
+                means_of(sums, samples[0], out);
+                clear_outside(self.size_of(place), out);
                 stated.iter().sum()
             };
             watch.lap(&mut tally.stages.resolve);
