@@ -5,7 +5,7 @@
 use super::allocate::{Block, Forecast};
 use super::draw::{TILES_AT_ONCE, TileScratch};
 use super::edges;
-use super::kept::{self, AREA, Blocks, Half, Kept};
+use super::kept::{self, AREA, Blocks, Half, Kept, Odd};
 use super::picture::Picture;
 use super::resolve::{BLOCKS, ByBlock, Sum, block_place};
 use super::tile_round::{Drawn, TileRound};
@@ -31,7 +31,7 @@ pub(super) struct Progressive<'a> {
     pub picture: &'a Picture<'a>,
     /// Tile by tile the sums of even samples, or of all, and of odd ones, and the blocks of which these are apart.
     even: Vec<Half>,
-    odd: Vec<Half>,
+    odd: Vec<Odd>,
     pub apart: Vec<Blocks>,
     pub samples: BlockSamples,
     /// Block by block the sum of squared errors over its pixels and channels.
@@ -53,7 +53,7 @@ impl<'a> Progressive<'a> {
     pub(super) fn new(picture: &'a Picture<'a>, counts: Counts) -> Result<Self> {
         let samples = BlockSamples::new(picture.view.width, picture.view.height, FIRST_RUN);
         let tiles = picture.tiles();
-        let (even, odd) = (zeroed(tiles)?, zeroed(tiles)?);
+        let (even, odd) = (zeroed(tiles)?, vec![Odd::new(); tiles]);
         let (columns, rows) = samples.columns_and_rows();
         let errors = zeroed::<f64>(columns as usize * rows as usize)?;
         let (plain, hidden, first) = (errors.clone(), errors.clone(), errors.clone());
@@ -171,19 +171,22 @@ impl<'a> Progressive<'a> {
                     }
                 }
                 if now == then && forecast.is_none() {
-                    return None;
+                    return Ok(None);
                 }
                 // What was never touched is not looked at: that would be a page for nothing.
                 let before = now.iter().any(|&samples| samples > 0).then_some(((&*even, &*odd), *apart));
-                let drawn = round.begin(before).draw(now, then, forecast)?;
+                let Some(drawn) = round.begin(before, &then).draw(now, then, forecast) else {
+                    return Ok(None);
+                };
                 *apart |= drawn.changed_blocks();
                 if forecast.is_some() && !execution.error_map && drawn.is_even(samples.base()) {
                     *apart = 0;
                 }
-                kept::save(sums, *apart, (even, odd));
-                Some(drawn)
+                let size = picture.size_of(picture.place(tile));
+                kept::save(sums, *apart, (samples.base(), size), (even, odd))?;
+                Ok(Some(drawn))
             };
-        let drawn: Vec<Option<Drawn>> = self
+        let drawn: Result<Vec<Option<Drawn>>> = self
             .even
             .par_iter_mut()
             .zip(&mut self.odd)
@@ -204,7 +207,7 @@ impl<'a> Progressive<'a> {
         if cancelled(execution) {
             return Err(stopped());
         }
-        self.take(drawn);
+        self.take(drawn?);
         Ok(())
     }
 
@@ -248,6 +251,9 @@ impl<'a> Progressive<'a> {
             (place, std::array::from_fn(of_block))
         };
         let (columns, rows) = samples.columns_and_rows();
+        let load = |sums: &mut Vec<Sum>, tile: usize| {
+            kept::load((&self.even[tile], &self.odd[tile]), self.apart[tile], self.samples.base(), sums);
+        };
         // From what there is now, not as it came: an edge goes by the pixels beside it, which may have got more samples since.
         let edges = |sums: &mut Vec<Sum>, tile: usize| {
             let (place, samples) = of_tile(tile);
@@ -259,7 +265,7 @@ impl<'a> Progressive<'a> {
                 })
             };
             let hidden = if self.stale[tile] {
-                kept::load((&self.even[tile], &self.odd[tile]), self.apart[tile], sums);
+                load(sums, tile);
                 picture.hidden(place, sums, &samples)
             } else {
                 as_found(&self.hidden)
@@ -277,7 +283,7 @@ impl<'a> Progressive<'a> {
             let ((place, samples), (found, hidden)) = (of_tile(tile), &known[tile]);
             let mut stated = std::array::from_fn(|block| found[block].max(hides * hidden[block]));
             if map.is_some() || !picture.highlights.are_none() {
-                kept::load((&self.even[tile], &self.odd[tile]), self.apart[tile], sums);
+                load(sums, tile);
             }
             let unseen = picture.raise_unseen(place, sums, &samples, &mut stated);
             if let Some(map) = map {

@@ -4,7 +4,7 @@
 use super::Execution;
 use super::allocate::{Block, Forecast, TileBlocks, cost};
 use super::draw::{Step, Tally, TileScratch};
-use super::kept::{self, Blocks, Half};
+use super::kept::{self, Blocks, Half, Odd};
 use super::pattern::Splits;
 use super::picture::Picture;
 use super::progressive::EdgesErr;
@@ -115,11 +115,17 @@ impl<'a> TileRound<'a> {
         }
     }
 
-    /// Takes up what was kept of a tile, where it has samples.
-    pub(super) fn begin(&mut self, before: Option<((&Half, &Half), Blocks)>) -> &mut Self {
+    /// Takes up what was kept of a tile, where it has samples. (Where each block is drawn to `then` samples from the first on, what
+    /// was there before is not looked at.)
+    pub(super) fn begin(
+        &mut self,
+        before: Option<((&Half, &Odd), Blocks)>,
+        then: &ByBlock<u32>,
+    ) -> &mut Self {
         match before {
-            Some((kept, apart)) => kept::load(kept, apart, self.sums),
-            None => self.sums.fill(Sum::default()),
+            Some((kept, apart)) => kept::load(kept, apart, self.base, self.sums),
+            None if self.blocks().any(|(block, _)| then[block] == 0) => self.sums.fill(Sum::default()),
+            None => {}
         }
         self
     }
