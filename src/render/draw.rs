@@ -60,23 +60,24 @@ const REGION_SAMPLES: u64 = (LANES * REGION * REGION) as u64;
 /// the others: rounds that draw in a part of the picture took as long on two threads as on one.
 pub(super) const TILES_AT_ONCE: usize = 4;
 
-/// A scratch that goes back to its picture. (Rayon's `map_init` makes its value anew each time that it divides the work,
-/// and a scratch holds a number for each surface of the scene.)
+/// A scratch that goes back to its picture. (Rayon's `map_init` makes its value anew each time that it divides the work, and moves it
+/// from function to function: a scratch holds a number for each surface of the scene, and takes 19 KB itself.)
 pub(super) struct Borrowed<'a> {
-    scratch: TileScratch,
-    idle: &'a Mutex<Vec<TileScratch>>,
+    /// Made when first asked for.
+    scratch: Option<Box<TileScratch>>,
+    idle: &'a Mutex<Vec<Box<TileScratch>>>,
 }
 
 impl Borrowed<'_> {
     pub(super) fn get(&mut self) -> &mut TileScratch {
-        &mut self.scratch
+        self.scratch.get_or_insert_default()
     }
 }
 
 impl Drop for Borrowed<'_> {
     fn drop(&mut self) {
-        if let Ok(mut idle) = self.idle.lock() {
-            idle.push(std::mem::take(&mut self.scratch));
+        if let (Some(scratch), Ok(mut idle)) = (self.scratch.take(), self.idle.lock()) {
+            idle.push(scratch);
         }
     }
 }
@@ -84,7 +85,7 @@ impl Drop for Borrowed<'_> {
 impl Picture<'_> {
     /// What a thread needs to draw tiles.
     pub(super) fn scratch(&self) -> Borrowed<'_> {
-        let scratch = self.idle.lock().ok().and_then(|mut idle| idle.pop()).unwrap_or_default();
+        let scratch = self.idle.lock().ok().and_then(|mut idle| idle.pop());
         Borrowed { scratch, idle: &self.idle }
     }
 

@@ -66,7 +66,7 @@ pub(super) struct Picture<'a> {
     /// Set to stop; what is made from then on is never seen.
     pub(super) cancel: Option<&'a AtomicBool>,
     /// Scratches that no thread uses.
-    pub(super) idle: Mutex<Vec<TileScratch>>,
+    pub(super) idle: Mutex<Vec<Box<TileScratch>>>,
 }
 
 fn bent_too_far() -> Error {
