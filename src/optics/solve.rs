@@ -8,6 +8,7 @@ use crate::geometry::Plane;
 use crate::quantity::{Angle, Length};
 use glam::DVec3;
 use std::fmt;
+use std::ops::RangeInclusive;
 
 /// What shall be sharp; points and planes in world coordinates, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -294,8 +295,9 @@ fn no_real_image(g: f64, f: f64) -> String {
     )
 }
 
-/// The least extension, in metres: what scene files allow. What is less is mostly rounding, of a film through the rail's origin.
-const LEAST_EXTENSION: f64 = 1e-12;
+/// Extensions in metres, as scene files allow them. What is less is mostly rounding, of a film through the rail's origin; what is more, of a
+/// plane through the lens's focal point.
+const EXTENSIONS: RangeInclusive<f64> = 1e-12..=1e15;
 
 /// Puts the film on the plane `(n, e)` of `rear` by the extension alone.
 fn with_film_plane(camera: &Camera, rear: Standard, e: f64) -> Result<Camera, Stop> {
@@ -303,7 +305,7 @@ fn with_film_plane(camera: &Camera, rear: Standard, e: f64) -> Result<Camera, St
     let moved = Camera { rear, extension: Length::ZERO, ..*camera };
     let beside = moved.film_from_lens();
     let extension = (-e - n.dot(beside)) / n.z;
-    if !(extension >= LEAST_EXTENSION && extension.is_finite()) {
+    if !EXTENSIONS.contains(&extension) {
         return Err((
             Limit::Extension,
             format!("the film would have to stand {} behind the lens along the rail", metres(extension)),

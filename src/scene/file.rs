@@ -107,7 +107,7 @@ pub(crate) struct CameraTable {
     #[schemars(schema_with = "schema::film_names")]
     pub(crate) film: Option<String>,
     /// From the lens to the film along the rail, in millimetres. A target in [focus] replaces it.
-    #[schemars(range(min = 1e-9, max = 1e9), example = 152.3)]
+    #[schemars(range(min = 1e-9, max = 1e18), example = 152.3)]
     pub(crate) extension_mm: Option<f64>,
     /// Nearest distance along the lens axis that the lens sees, in metres; a tenth of the focal length by default.
     #[schemars(range(min = 1e-12, max = 1e9), example = 0.015)]
