@@ -4,15 +4,14 @@
 
 use super::allocate::{Block, Forecast};
 use super::draw::{TILES_AT_ONCE, TileScratch};
-use super::edges;
 use super::kept::{self, AREA, Blocks, Half, Kept, Odd};
 use super::picture::Picture;
-use super::resolve::{BLOCKS, ByBlock, Sum, block_place};
+use super::resolve::{BLOCKS, Sum, block_place};
 use super::tile_round::{Drawn, TileRound};
 use super::uniform::zeroed;
-use super::{Counts, Execution, cancelled, done, stopped};
+use super::{Counts, Execution, cancelled, stopped};
 use crate::error::Result;
-use crate::picture::{Allocation, BlockSamples, Exposure};
+use crate::picture::BlockSamples;
 use crate::sampling::runs::FIRST_RUN;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -30,8 +29,8 @@ pub(super) struct EdgesErr {
 pub(super) struct Progressive<'a> {
     pub picture: &'a Picture<'a>,
     /// Tile by tile the sums of even samples, or of all, and of odd ones, and the blocks of which these are apart.
-    even: Vec<Half>,
-    odd: Vec<Odd>,
+    pub even: Vec<Half>,
+    pub odd: Vec<Odd>,
     pub apart: Vec<Blocks>,
     pub samples: BlockSamples,
     /// Block by block the sum of squared errors over its pixels and channels.
@@ -43,10 +42,10 @@ pub(super) struct Progressive<'a> {
     first: Vec<f64>,
     pub edges: EdgesErr,
     /// Tiles of which some blocks got samples after what edges hide in the others was found.
-    stale: Vec<bool>,
+    pub stale: Vec<bool>,
     /// What a sample takes in each tile, as its first run found: see [`allocate::cost`].
     costs: Vec<f64>,
-    counts: Counts,
+    pub counts: Counts,
 }
 
 impl<'a> Progressive<'a> {
@@ -238,78 +237,5 @@ impl<'a> Progressive<'a> {
                 }
             }
         }
-    }
-
-    pub(super) fn finish(self, execution: &Execution<'_>) -> Result<(Exposure, Counts)> {
-        let (picture, samples) = (self.picture, &self.samples);
-        let of_tile = |tile: usize| -> ((u32, u32), ByBlock<u32>) {
-            let place = picture.place(tile);
-            let of_block = |block: usize| {
-                let (x, y) = block_place(place, block);
-                samples.get(x, y)
-            };
-            (place, std::array::from_fn(of_block))
-        };
-        let (columns, rows) = samples.columns_and_rows();
-        let load = |sums: &mut Vec<Sum>, tile: usize| {
-            kept::load((&self.even[tile], &self.odd[tile]), self.apart[tile], self.samples.base(), sums);
-        };
-        // From what there is now, not as it came: an edge goes by the pixels beside it, which may have got more samples since.
-        let edges = |sums: &mut Vec<Sum>, tile: usize| {
-            let (place, samples) = of_tile(tile);
-            let as_found = |all: &[f64]| {
-                std::array::from_fn(|block| {
-                    let (x, y) = block_place(place, block);
-                    let is_inside = x < columns && y < rows;
-                    if is_inside { all[(y * columns + x) as usize] } else { 0.0 }
-                })
-            };
-            let hidden = if self.stale[tile] {
-                load(sums, tile);
-                picture.hidden(place, sums, &samples)
-            } else {
-                as_found(&self.hidden)
-            };
-            (as_found(&self.plain), hidden)
-        };
-        let tiles = || (0..picture.tiles()).into_par_iter();
-        let scratch = || vec![Sum::default(); AREA];
-        let known: Vec<_> = tiles().map_init(scratch, edges).collect();
-        let of_edges = |(found, hidden): &(ByBlock<f64>, ByBlock<f64>)| {
-            edges::found_and_hidden(found.iter().copied().zip(hidden.iter().copied()))
-        };
-        let hides = edges::share(known.iter().map(of_edges));
-        let state = |sums: &mut Vec<Sum>, tile: usize, map: Option<&mut [f32]>| -> (f64, u64) {
-            let ((place, samples), (found, hidden)) = (of_tile(tile), &known[tile]);
-            let mut stated = std::array::from_fn(|block| found[block].max(hides * hidden[block]));
-            if map.is_some() || !picture.highlights.are_none() {
-                load(sums, tile);
-            }
-            let unseen = picture.raise_unseen(place, sums, &samples, &mut stated);
-            if let Some(map) = map {
-                picture.resolve(place, sums, &samples, Some(map));
-                picture.spread_all(place, (found, &stated), map);
-            }
-            (stated.iter().sum(), u64::from(unseen.count_ones()))
-        };
-        let mut errors = zeroed::<f32>(if execution.error_map { picture.tiles() * AREA } else { 0 })?;
-        let stated: Vec<(f64, u64)> = if execution.error_map {
-            let maps = tiles().zip(errors.par_chunks_mut(AREA));
-            maps.map_init(scratch, |sums, (tile, map)| state(sums, tile, Some(map))).collect()
-        } else {
-            tiles().map_init(scratch, |sums, tile| state(sums, tile, None)).collect()
-        };
-        let rms = Some((stated.iter().map(|tile| tile.0).sum::<f64>() / picture.values()).sqrt());
-        let counts = Counts { unseen_light: stated.iter().map(|tile| tile.1).sum(), ..self.counts };
-        // In the same memory: new pages for a picture of 1280 x 1024 took 2 % of the time of one of 64 samples.
-        let mut even = self.even;
-        even.par_iter_mut().zip(&self.odd).zip(&self.apart).enumerate().for_each(
-            |(tile, ((even, odd), &apart))| {
-                let (place, samples) = of_tile(tile);
-                kept::means((even, odd), apart, &samples, picture.size_of(place));
-            },
-        );
-        let pixels = even.into_flattened();
-        Ok(done(picture, (pixels, errors), rms, Allocation::Blocks(self.samples), counts))
     }
 }
