@@ -41,11 +41,12 @@ pub(super) fn differences<S: Simd>(
     let [even_gain, odd_gain] = gains.map(|gain| f32x16::splat(simd, gain));
     let of_even = if columns.len() == BLOCK as usize { ALL_EVEN } else { of_even(columns.len()) };
     let is_even = of_even.map(|of_even| f32x16::load_array(simd, of_even).simd_gt(zero));
-    let (mut sums, mut most) = ([zero; REGISTERS], zero);
+    let bright = f32x16::splat(simd, clipped::BRIGHT);
+    let (mut sums, mut is_bright) = ([zero; REGISTERS], zero.simd_gt(zero));
+    // The last row of a tile ends with its numbers.
+    let mut last = [0.0; ROW + 3];
     for y in rows {
         let row = &numbers[(y * TILE + columns.start) as usize * NUMBERS..];
-        // The last row of a tile ends with its numbers.
-        let mut last = [0.0; ROW + 3];
         let row = match row.first_chunk() {
             Some(row) => row,
             None => {
@@ -57,24 +58,23 @@ pub(super) fn differences<S: Simd>(
             let at = register * LANES;
             let even = f32x16::from_slice(simd, &row[at..at + LANES]) * even_gain;
             let odd = f32x16::from_slice(simd, &row[at + 3..at + 3 + LANES]) * odd_gain;
-            most = is_even[register].select(most.max(even.max(odd)), most);
+            is_bright |= is_even[register] & (even.simd_gt(bright) | odd.simd_gt(bright));
             let difference = is_even[register].select(shown(simd, even) - shown(simd, odd), zero);
             *sum += difference * difference;
         }
     }
-    let is_bright = most.simd_gt(f32x16::splat(simd, clipped::BRIGHT)).any_true();
     let mut all = 0.0;
     for sum in sums {
         for sum in sum.to_array() {
             all += f64::from(sum);
         }
     }
-    (all, is_bright)
+    (all, is_bright.any_true())
 }
 
 /// Clipped to black and white.
 #[inline(always)]
-fn shown<S: Simd>(simd: S, light: f32x16<S>) -> f32x16<S> {
+pub(super) fn shown<S: Simd>(simd: S, light: f32x16<S>) -> f32x16<S> {
     let (zero, one) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, 1.0));
     let light = light.simd_gt(zero).select(light, zero);
     light.simd_lt(one).select(light, one)

@@ -8,6 +8,7 @@
 //! `f`; with two halves and any `f`, `c^2 / (3 n^2)`. With a lens the samples that see it are a half-space of pixel and lens,
 //! of which scrambled nets miss about `c^2 n^(-4/3)` times a constant (Owen 1997, for three dimensions), found by measuring.
 
+use super::differences;
 use super::picture::Picture;
 use super::resolve::{BLOCKS, ByBlock, Sum};
 use crate::picture::BLOCK;
@@ -242,7 +243,6 @@ fn eight<S: Simd, const AXIS: usize>(
 /// Makes sums what is shown of them.
 #[inline(always)]
 fn show<S: Simd>(simd: S, shown: &mut Shown, scales: &ByBlock<f32>) {
-    let (zero, one) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, 1.0));
     for y in 0..shown.size[1] {
         for x in (0..TILE as usize).step_by(LANES) {
             let mut scale = [0.0; LANES];
@@ -252,9 +252,7 @@ fn show<S: Simd>(simd: S, shown: &mut Shown, scales: &ByBlock<f32>) {
             let scale = f32x16::load_array(simd, scale);
             for channel in &mut shown.channels {
                 let row = &mut channel[y + REACH][x + REACH..x + REACH + LANES];
-                let light = f32x16::from_slice(simd, row) * scale;
-                let light = light.simd_gt(zero).select(light, zero);
-                light.simd_lt(one).select(light, one).store_slice(row);
+                differences::shown(simd, f32x16::from_slice(simd, row) * scale).store_slice(row);
             }
         }
     }

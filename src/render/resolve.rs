@@ -61,15 +61,16 @@ impl Picture<'_> {
         for (block, &n) in samples.iter().enumerate().filter(|(_, n)| **n > 1) {
             let (columns, rows) = self.pixels_of(tile, block);
             let places = || places(columns.clone(), rows.clone());
-            let halves = |at: usize| {
-                let halves = sums.get(at)?.map(Vec3::from_array);
-                Some([0, 1].map(|half| halves[half] * gains(n)[half]))
-            };
             squared[block] *= clipped::share(n);
             let is_bright = is_bright[block] && !self.is_unseen(tile, block, n);
             if !is_bright && errors.is_none() {
                 continue;
             }
+            let [even_gain, odd_gain] = gains(n);
+            let halves = |at: usize| {
+                let [even, odd] = sums.get(at)?.map(Vec3::from_array);
+                Some([even * even_gain, odd * odd_gain])
+            };
             let pixels = places().filter_map(halves).collect();
             let halves = Halves { width: columns.len(), samples: n, pixels };
             let found = if is_bright { halves.errors() } else { halves.differences() };
