@@ -8,6 +8,7 @@ use super::lists::{Cursor, TileLists, Tiles};
 use super::loose::{self, LensPoints, Loose};
 use super::order::{by_key, key};
 use super::view::{LensCell, View};
+use super::waiting::Waiting;
 use super::{LANES, TILE};
 use fearless_simd::Level;
 use glam::DVec3;
@@ -181,6 +182,11 @@ impl Bins {
         self.lists.fullest()
     }
 
+    /// How many triangles a tile has, but for those that touch many.
+    pub(super) fn crowd(&self, tile: (u32, u32)) -> usize {
+        self.lists.crowd(tile)
+    }
+
     /// Whether most of what the tiles list are triangles that few of a tile's lens points see.
     pub(crate) fn are_loose(&self) -> bool {
         !self.loose.is_empty()
@@ -229,36 +235,6 @@ impl Bins {
                 (out.places[out.count], out.batches[out.count]) = (self.order[place], batches);
                 out.count += usize::from(batches != 0);
             }
-        }
-    }
-}
-
-/// Candidates of one tile that are to be set up.
-#[derive(Default)]
-pub(super) struct Waiting {
-    /// Where they are among all.
-    places: [u32; LANES],
-    pub candidates: [Candidate; LANES],
-    /// The boxes of each from the cells of the lens.
-    pub boxes: Vec<PixelBox>,
-    /// For each the batches that may see it, of the tile's first 64.
-    pub batches: [u64; LANES],
-    pub count: usize,
-    /// For each the place of its surface among the tile's.
-    pub ids: [u32; LANES],
-    /// The depth that none of them is nearer than, nor any after them.
-    pub nearest: f32,
-    /// Whether there are none after them.
-    pub is_last: bool,
-}
-
-impl Waiting {
-    /// Moves a candidate to a place before it.
-    pub(super) fn replace(&mut self, to: usize, from: usize, cells: usize) {
-        if to != from {
-            self.candidates[to] = self.candidates[from];
-            self.batches[to] = self.batches[from];
-            self.boxes.copy_within(from * cells..(from + 1) * cells, to * cells);
         }
     }
 }

@@ -162,6 +162,11 @@ impl TileLists {
         own + self.levels.iter().map(|level| longest(&level.lists.starts)).sum::<usize>()
     }
 
+    /// At least how many triangles tile `(x, y)` has.
+    pub(super) fn crowd(&self, (x, y): (u32, u32)) -> usize {
+        self.rows.get(y as usize).map_or(0, |row| row.list(x).len())
+    }
+
     /// The next triangles that may touch tile `(x, y)`, as many as `out` holds or there are; tells how many.
     pub(super) fn next(&self, (x, y): (u32, u32), cursor: &mut Cursor, out: &mut [u32]) -> usize {
         let own = self.rows.get(y as usize).map_or(&[][..], |row| row.list(x));

@@ -11,6 +11,8 @@
 //! * [`bin`], [`lists`]: which triangles may touch which tile of 32 x 32 pixels, in that order.
 //! * [`loose`]: of small triangles far out of focus, those that some lens point of a tile sees there.
 //! * [`film`]: a tile's centre, and the function of an edge or face there.
+//! * [`waiting`]: a tile's next sixteen triangles, until a sample may see them.
+//! * [`sift`]: in a crowd of triangles, those that samples of the tile may meet.
 //! * [`setup`]: these functions of 16 triangles, once a sample may see them.
 //! * [`kernel`]: one triangle for 16 samples: its functions at 16 lens points, then coverage and depth by
 //!   [`regions`] (block by block) or [`scatter`] (lens point by lens point).
@@ -44,9 +46,11 @@ mod order;
 mod regions;
 mod scatter;
 mod setup;
+mod sift;
 pub(crate) mod tile;
 pub(crate) mod view;
 pub(crate) mod visibility;
+mod waiting;
 
 /// Pixels on a tile's side. The picture depends on it: one fixed grid, whatever the threads.
 pub(crate) const TILE: u32 = 32;

@@ -5,6 +5,7 @@
 //! order, so the bits are those of [`super::regions`].
 
 use super::kernel::Functions;
+use super::setup::Images;
 use super::view::Batch;
 use super::visibility::{REGION, Visibility};
 use super::{LANES, TILE};
@@ -26,12 +27,52 @@ pub(super) struct LaneBoxes {
 #[inline(always)]
 pub(super) fn lane_boxes<S: Simd>(
     simd: S,
-    corners: &[[[[f32; LANES]; 3]; 3]; 3],
+    corners: &Images,
     lane: usize,
     batch: &Batch,
     block: (u32, u32),
     blocks: [i32; 4],
 ) -> LaneBoxes {
+    let [x0, x1, y0, y1] = ranges(simd, corners, lane, batch, block, blocks);
+    let zero = i32x16::splat(simd, 0);
+    let (w, h) = (x1 - x0 + 1, y1 - y0 + 1);
+    let some = w.simd_gt(zero) & h.simd_gt(zero);
+    let (most, least) = (i32x16::splat(simd, i32::MAX), i32x16::splat(simd, i32::MIN));
+    let union = [
+        some.select(x0, most).reduce_min(),
+        some.select(x1, least).reduce_max(),
+        some.select(y0, most).reduce_min(),
+        some.select(y1, least).reduce_max(),
+    ];
+    let three = i32x16::splat(simd, PATCH - 1);
+    let patches = some.select(((w + three) >> 2) * ((h + three) >> 2), zero).reduce_sum();
+    LaneBoxes { x0: x0.to_array(), x1: x1.to_array(), y0: y0.to_array(), y1: y1.to_array(), union, patches }
+}
+
+/// The lens points in use from which some block's sample can lie in triangle `lane`, within `blocks`.
+#[inline(always)]
+pub(super) fn meeting<S: Simd>(
+    simd: S,
+    corners: &Images,
+    lane: usize,
+    batch: &Batch,
+    block: (u32, u32),
+    blocks: [i32; 4],
+) -> u16 {
+    let [x0, x1, y0, y1] = ranges(simd, corners, lane, batch, block, blocks);
+    (x0.simd_le(x1) & y0.simd_le(y1)).to_bitmask() as u16 & batch.live
+}
+
+/// Lens point by lens point, the first and last column and row of such blocks; none where a last comes before its first.
+#[inline(always)]
+fn ranges<S: Simd>(
+    simd: S,
+    corners: &Images,
+    lane: usize,
+    batch: &Batch,
+    block: (u32, u32),
+    blocks: [i32; 4],
+) -> [i32x16<S>; 4] {
     let u = f32x16::load_array_ref(simd, &batch.u);
     let v = f32x16::load_array_ref(simd, &batch.v);
     let one = f32x16::splat(simd, 1.0);
@@ -46,20 +87,7 @@ pub(super) fn lane_boxes<S: Simd>(
     let q = linear(&corners[1][1], lane, u, v) * i1;
     let r = linear(&corners[2][1], lane, u, v) * i2;
     let (y0, y1) = range(simd, [p, q, r], &batch.y, block.1, [blocks[2], blocks[3]]);
-
-    let zero = i32x16::splat(simd, 0);
-    let (w, h) = (x1 - x0 + 1, y1 - y0 + 1);
-    let some = w.simd_gt(zero) & h.simd_gt(zero);
-    let (most, least) = (i32x16::splat(simd, i32::MAX), i32x16::splat(simd, i32::MIN));
-    let union = [
-        some.select(x0, most).reduce_min(),
-        some.select(x1, least).reduce_max(),
-        some.select(y0, most).reduce_min(),
-        some.select(y1, least).reduce_max(),
-    ];
-    let three = i32x16::splat(simd, PATCH - 1);
-    let patches = some.select(((w + three) >> 2) * ((h + three) >> 2), zero).reduce_sum();
-    LaneBoxes { x0: x0.to_array(), x1: x1.to_array(), y0: y0.to_array(), y1: y1.to_array(), union, patches }
+    [x0, x1, y0, y1]
 }
 
 #[inline(always)]
@@ -76,8 +104,6 @@ fn range<S: Simd>(
     step: u32,
     [low, high]: [i32; 2],
 ) -> (i32x16<S>, i32x16<S>) {
-    /// Against rounding of positions and edges, in pixels.
-    const MARGIN: f32 = 4e-3;
     let half = 0.5 * TILE as f32;
     let jitter = f32x16::load_array_ref(simd, jitter);
     let to_block = 1.0 / step as f32;
@@ -89,6 +115,9 @@ fn range<S: Simd>(
     let last = last.floor().min(high).max(low - 1.0);
     (simd.cvt_i32_f32x16(first), simd.cvt_i32_f32x16(last))
 }
+
+/// Against rounding of positions and edges, in pixels.
+pub(super) const MARGIN: f32 = 4e-3;
 
 /// Draws a triangle lens point by lens point.
 #[inline(always)]

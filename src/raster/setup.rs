@@ -17,6 +17,9 @@ pub(crate) type Bilinear = [[f32; LANES]; 9];
 /// Corners of 16 triangles, lens frame: corner, axis, triangle.
 pub(crate) type Corners = [[[f64; LANES]; 3]; 3];
 
+/// Corners of 16 triangles on the film, `x w`, `y w` and `w` as coefficients of `1, u, v`; pixels from the tile's centre.
+pub(crate) type Images = [[[[f32; LANES]; 3]; 3]; 3];
+
 /// Sixteen triangles in one tile.
 #[derive(Clone, Debug)]
 pub(crate) struct Block {
@@ -30,8 +33,7 @@ pub(crate) struct Block {
     pub facing: Bilinear,
     /// `N.(v0 - s)`: coefficients of `1, u, v`. Depth is ordered by `1/t = facing / plane`.
     pub plane: [[f32; LANES]; 3],
-    /// Corners on the film, `x w`, `y w` and `w` as coefficients of `1, u, v`; pixels from the tile's centre.
-    pub corners: [[[[f32; LANES]; 3]; 3]; 3],
+    pub corners: Images,
     /// At least the largest `1/t` anywhere in the tile, for any lens point.
     pub nearest: [f32; LANES],
     /// Triangles, the first in the lowest bit, that may touch the tile.
@@ -90,7 +92,13 @@ fn set_up<S: Simd>(simd: S, film: &TileFilm, v: &Corners, depths: &[f32; LANES],
         store(&scaled(simd, film, &low), &scaled(simd, film, &high), edge);
     }
     block.live = live;
-    for (corner, images) in block.corners.iter_mut().enumerate() {
+    images(film, (&low, &high), &mut block.corners);
+}
+
+/// Where corners lie on the film.
+#[inline(always)]
+pub(super) fn images<S: Simd>(film: &TileFilm, (low, high): (&Eight<S>, &Eight<S>), out: &mut Images) {
+    for (corner, images) in out.iter_mut().enumerate() {
         for (row, image) in images.iter_mut().enumerate() {
             for (part, out) in image.iter_mut().enumerate() {
                 let h = &film.image[part][row];
@@ -100,8 +108,11 @@ fn set_up<S: Simd>(simd: S, film: &TileFilm, v: &Corners, depths: &[f32; LANES],
     }
 }
 
+/// Corners of eight triangles: corner, axis.
+pub(super) type Eight<S> = [[f64x8<S>; 3]; 3];
+
 #[inline(always)]
-fn corners<S: Simd>(simd: S, v: &Corners, first: usize) -> [[f64x8<S>; 3]; 3] {
+pub(super) fn corners<S: Simd>(simd: S, v: &Corners, first: usize) -> Eight<S> {
     let mut out = [[f64x8::splat(simd, 0.0); 3]; 3];
     for (out, v) in out.iter_mut().zip(v) {
         for (out, v) in out.iter_mut().zip(v) {
@@ -132,7 +143,7 @@ struct Face<S: Simd> {
 
 impl<S: Simd> Face<S> {
     #[inline(always)]
-    fn new(simd: S, film: &TileFilm, v: &[[f64x8<S>; 3]; 3]) -> Self {
+    fn new(simd: S, film: &TileFilm, v: &Eight<S>) -> Self {
         let normal = cross(minus(v[1], v[0]), minus(v[2], v[0]));
         let [x, y, z] = normal;
         let along = x * v[0][0] + y * v[0][1] + z * v[0][2];

@@ -3,7 +3,7 @@
 //! Triangles are set up 16 at a time, and only when a batch comes to them: what lies behind all that the batches
 //! see, nearest corner and all, is never touched.
 
-use super::bin::{Bins, Candidate, Waiting};
+use super::bin::{Bins, Candidate};
 use super::bounds::PixelBox;
 use super::film::TileFilm;
 use super::group::Groups;
@@ -11,8 +11,10 @@ use super::kernel::{Opaque, Visits, cover};
 use super::lists::Cursor;
 use super::loose::LensPoints;
 use super::setup::{Block, Corners};
+use super::sift::Sieve;
 use super::view::{Batch, Pattern, View};
 use super::visibility::{EVERYWHERE, Visibility, wants};
+use super::waiting::Waiting;
 use super::{LANES, TILE};
 use fearless_simd::Level;
 use glam::DVec3;
@@ -61,6 +63,9 @@ pub(crate) struct TileScratch {
     /// The tile's lens points, where most of its triangles are loose.
     lens: LensPoints,
     is_loose: bool,
+    /// The tile's samples, where most of its triangles may lie between them.
+    sieve: Sieve,
+    is_crowded: bool,
     /// The cell of each of the tile's batches, where the tile is loose.
     batch_cells: Vec<usize>,
     /// The candidates to be set up next.
@@ -90,6 +95,8 @@ impl Default for TileScratch {
             cursor: Cursor::default(),
             lens: LensPoints::default(),
             is_loose: false,
+            sieve: Sieve::default(),
+            is_crowded: false,
             batch_cells: Vec::new(),
             next: Waiting::default(),
             blocks: Vec::new(),
@@ -107,8 +114,20 @@ impl Default for TileScratch {
 }
 
 impl TileScratch {
-    /// Starts a tile, of which only this part may follow; where bins are loose, only the batches of `pattern`.
-    pub(crate) fn prepare(&mut self, geometry: &Geometry<'_>, part: Part, pattern: &Pattern) {
+    /// Whether only batches of the pattern that the tile was prepared for may follow.
+    pub(crate) fn serves_one_pattern(&self) -> bool {
+        self.is_loose || self.is_crowded
+    }
+
+    /// Starts a tile, of which only this part may follow, and perhaps only the batches of `pattern`.
+    pub(crate) fn prepare(
+        &mut self,
+        level: Level,
+        geometry: &Geometry<'_>,
+        film: &TileFilm,
+        part: Part,
+        pattern: &Pattern,
+    ) {
         self.part = part;
         self.ready = 0;
         self.spans.clear();
@@ -123,13 +142,14 @@ impl TileScratch {
             self.batch_cells.clear();
             self.batch_cells.extend(pattern.batches.iter().map(|batch| batch.cell));
         }
+        self.is_crowded = self.sieve.set(pattern, geometry.bins.crowd(self.part.tile));
         self.cursor = Cursor::default();
-        self.pull(geometry);
+        self.pull(level, geometry, film);
     }
 
     /// Finds the triangles that are to be set up next, and numbers their surfaces: those of the triangles that are passed over
     /// because they touch nothing wanted, too, for the order of surfaces is the order of sums.
-    fn pull(&mut self, geometry: &Geometry<'_>) {
+    fn pull(&mut self, level: Level, geometry: &Geometry<'_>, film: &TileFilm) {
         let lens = self.is_loose.then_some(&self.lens);
         let cells = geometry.bins.cells();
         let next = &mut self.next;
@@ -160,10 +180,13 @@ impl TileScratch {
                     met[lane] = *now;
                 }
                 if self.part.touches(&next.boxes[lane * cells..(lane + 1) * cells]) {
+                    next.ids[lane] = met[lane].1;
                     next.replace(next.count, lane, cells);
-                    next.ids[next.count] = met[lane].1;
                     next.count += 1;
                 }
+            }
+            if self.is_crowded {
+                next.sift((level, geometry.view, film), geometry.positions, &self.sieve, first, cells);
             }
             if next.is_last || next.count == LANES {
                 return;
@@ -230,23 +253,16 @@ impl TileScratch {
         }
         let block = &mut self.blocks[self.ready];
         let (mut corners, mut depths): (Corners, _) = ([[[0.0; LANES]; 3]; 3], [0.0; LANES]);
-        (block.imaged, block.near, block.cutout) = (0, 0, 0);
-        // Farther from the tile's centre single precision does not place a corner as well as `scatter` assumes.
-        let is_narrow = geometry.view.spread.iter().all(|&spread| spread < 2000.0);
+        (block.near, block.cutout) = (0, 0);
+        let imaged = self.next.corners(geometry.view, geometry.positions, &mut corners);
         for (lane, candidate) in self.next.candidates.iter().take(self.next.count).enumerate() {
-            for (corner, &vertex) in corners.iter_mut().zip(&candidate.vertices) {
-                let place = geometry.positions[vertex as usize];
-                corner[0][lane] = place.x;
-                corner[1][lane] = place.y;
-                corner[2][lane] = place.z;
-            }
             depths[lane] = candidate.nearest;
             block.triangles[lane] = candidate.triangle;
-            block.imaged |= u16::from(candidate.is_inside() && is_narrow) << lane;
             let near = f64::from(candidate.nearest) < geometry.view.near * (1.0 + 1e-6);
             block.near |= u16::from(near) << lane;
             block.cutout |= u16::from(candidate.is_cutout()) << lane;
         }
+        block.imaged = imaged;
         film.set_up(level, &corners, &depths, block);
         block.live &= (0xffff_u32 >> (LANES - self.next.count)) as u16;
 
@@ -275,7 +291,7 @@ impl TileScratch {
             }));
         }
         self.ready += 1;
-        self.pull(geometry);
+        self.pull(level, geometry, film);
     }
 
     /// Keeps what the batch that was drawn sees as that of batch `number` of those that are grouped together.

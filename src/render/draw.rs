@@ -142,8 +142,8 @@ impl Picture<'_> {
                 pattern = diffraction.displace(&self.view, tile, &pattern);
             }
             // What is set up serves all steps, but not where it is what this step's lens points see.
-            if (done == 0 && !is_set_up) || self.bins.are_loose() {
-                raster.prepare(&geometry, part.clone(), &pattern);
+            if (done == 0 && !is_set_up) || raster.serves_one_pattern() {
+                raster.prepare(self.level, &geometry, &film, part.clone(), &pattern);
                 looks.get_mut().clear();
             }
             watch.lap(&mut tally.stages.setup);

@@ -7,7 +7,7 @@ use groundglass::quantity::Length;
 use groundglass::scene::{Attributes, NONE, Scene, Surfaces};
 
 /// Focused at about 4.5 m.
-const ORDINARY: Setting =
+pub const ORDINARY: Setting =
     Setting { front: [0.0, 0.0], rear: [0.0, 0.0], f_number: 2.8, stretch: 1.034, rise: 0.0 };
 
 /// A way to be extreme.
@@ -127,6 +127,22 @@ pub fn loose(triangles: usize, width: u32, samples: u32) -> Scene {
     }
     let camera = camera(eye, at, 150.0, Setting { f_number: 0.5, stretch: 1.2, ..ORDINARY });
     field.take(&camera, width, samples)
+}
+
+/// Triangles a fifth of a pixel in size all over the picture, in focus or blurred over a few pixels.
+pub fn crowd(triangles: usize, width: u32, samples: u32, setting: Setting) -> Scene {
+    let (eye, at) = (DVec3::new(0.0, 1.0, 4.0), DVec3::new(0.0, 1.0, 0.0));
+    let side = 3.6 / f64::from(width) * 0.15;
+    let mut field = Field::new();
+    for _ in 0..triangles {
+        let middle = at + field.random.point(1.0) * DVec3::new(1.8, 1.4, 0.5);
+        let corners = [0; 3].map(|_| middle + field.random.point(side));
+        field.triangle(corners);
+    }
+    let mut scene = field.take(&camera(eye, at, 150.0, setting), width, samples);
+    // In so small a picture hardly anything is out of focus.
+    scene.render.effects.all = true;
+    scene
 }
 
 struct Field {

@@ -156,7 +156,8 @@ fn radiance(scene: &Scene, u: f64, v: f64, x: f64, y: f64, toward: Option<DVec3>
     let pixel_x = 2.0 / f64::from(scene.render.width);
     let pixel_y = -2.0 / f64::from(scene.render.height);
     let mut best: Option<Hit> = None;
-    let mut doubt = false;
+    // What is behind what is seen can be in doubt and change nothing.
+    let mut nearest_doubt = 0.0f64;
     for t in 0..scene.surfaces.triangles.len() {
         let corners = scene.surfaces.corners(t);
         let clip = corners.map(|c| {
@@ -184,19 +185,21 @@ fn radiance(scene: &Scene, u: f64, v: f64, x: f64, y: f64, toward: Option<DVec3>
         if inverse_w <= 0.0 || margin < -2e-3 || depth < near * (1.0 - 1e-5) {
             continue;
         }
-        doubt |= margin.abs() < 2e-3 || (depth - near).abs() < near * 1e-5;
+        if margin.abs() < 2e-3 || (depth - near).abs() < near * 1e-5 {
+            nearest_doubt = nearest_doubt.max(inverse_w);
+        }
         if margin < 0.0 || depth < near {
             continue;
         }
         let hit = Hit { triangle: t, weights, dx, dy, inverse_w };
         match alpha(scene, &hit) {
             a if a < 0.5 - 1e-4 => continue,
-            a if a < 0.5 + 1e-4 => doubt = true,
+            a if a < 0.5 + 1e-4 => nearest_doubt = nearest_doubt.max(inverse_w),
             _ => {}
         }
         match &best {
             Some(other) if (inverse_w / other.inverse_w - 1.0).abs() < 1e-5 => {
-                doubt = true;
+                nearest_doubt = nearest_doubt.max(inverse_w);
                 if inverse_w > other.inverse_w {
                     best = Some(hit);
                 }
@@ -206,6 +209,8 @@ fn radiance(scene: &Scene, u: f64, v: f64, x: f64, y: f64, toward: Option<DVec3>
         }
     }
     let direction = optics.world_from_lens().vector(ray.direction).normalize();
+    let seen = best.as_ref().map_or(0.0, |hit| hit.inverse_w);
+    let mut doubt = nearest_doubt > 0.0 && nearest_doubt >= seen * (1.0 - 1e-4);
     let color = match best {
         Some(hit) => {
             let (color, near) = shade(scene, &hit, direction, toward);

@@ -1,0 +1,79 @@
+//! Candidates of one tile that wait to be set up, at most sixteen.
+
+use super::LANES;
+use super::bin::Candidate;
+use super::bounds::PixelBox;
+use super::film::TileFilm;
+use super::setup::Corners;
+use super::sift::Sieve;
+use super::view::View;
+use fearless_simd::Level;
+use glam::DVec3;
+
+/// See the module.
+#[derive(Default)]
+pub(super) struct Waiting {
+    /// Where they are among all.
+    pub places: [u32; LANES],
+    pub candidates: [Candidate; LANES],
+    /// The boxes of each from the cells of the lens.
+    pub boxes: Vec<PixelBox>,
+    /// For each the batches that may see it, of the tile's first 64.
+    pub batches: [u64; LANES],
+    pub count: usize,
+    /// For each the place of its surface among the tile's.
+    pub ids: [u32; LANES],
+    /// The depth that none of them is nearer than, nor any after them.
+    pub nearest: f32,
+    /// Whether there are none after them.
+    pub is_last: bool,
+}
+
+impl Waiting {
+    /// Moves a candidate to a place before it.
+    pub(super) fn replace(&mut self, to: usize, from: usize, cells: usize) {
+        if to != from {
+            self.candidates[to] = self.candidates[from];
+            self.batches[to] = self.batches[from];
+            self.ids[to] = self.ids[from];
+            self.boxes.copy_within(from * cells..(from + 1) * cells, to * cells);
+        }
+    }
+
+    /// Their corners; tells which of them have an image for every lens point.
+    pub(super) fn corners(&self, view: &View, positions: &[DVec3], out: &mut Corners) -> u16 {
+        // Farther from the tile's centre single precision does not place a corner as well as `scatter` assumes.
+        let is_narrow = view.spread.iter().all(|&spread| spread < 2000.0);
+        let mut imaged = 0;
+        for (lane, candidate) in self.candidates.iter().take(self.count).enumerate() {
+            for (corner, &vertex) in out.iter_mut().zip(&candidate.vertices) {
+                let place = positions[vertex as usize];
+                corner[0][lane] = place.x;
+                corner[1][lane] = place.y;
+                corner[2][lane] = place.z;
+            }
+            imaged |= u16::from(candidate.is_inside() && is_narrow) << lane;
+        }
+        imaged
+    }
+
+    /// Leaves those from `first` on out that no sample can meet.
+    pub(super) fn sift(
+        &mut self,
+        (level, view, film): (Level, &View, &TileFilm),
+        positions: &[DVec3],
+        sieve: &Sieve,
+        first: usize,
+        cells: usize,
+    ) {
+        let mut corners: Corners = [[[0.0; LANES]; 3]; 3];
+        let imaged = self.corners(view, positions, &mut corners);
+        let new = (u32::from(u16::MAX) << first) as u16;
+        let met = sieve.met(level, film, &corners, imaged & new) | !imaged;
+        let count = std::mem::replace(&mut self.count, first);
+        for lane in (first..count).filter(|lane| met >> lane & 1 == 1) {
+            self.replace(self.count, lane, cells);
+            self.count += 1;
+        }
+    }
+}
