@@ -183,8 +183,22 @@ fn loose_triangles_are_seen_from_the_same_lens_points() {
 
 #[test]
 fn loose_triangles_in_rounds_and_in_one_go_are_the_same_bytes() {
-    let mut scene = extremes::loose(300, 260, 16);
-    scene.render.budget = Budget::MaxError(0.004);
+    let scene = extremes::loose(300, 260, 16);
+    in_rounds_and_in_one_go(scene, 0.004);
+}
+
+#[test]
+fn crowded_tiles_in_rounds_and_in_one_go_are_the_same_bytes() {
+    let mut scene = extremes::crowd(200_000, 32, 16, extremes::ORDINARY);
+    // Not all over the picture: half of it needs no more than the first samples.
+    for position in &mut scene.surfaces.positions {
+        position.x = 0.5 * position.x - 1.0;
+    }
+    in_rounds_and_in_one_go(scene, 0.03);
+}
+
+fn in_rounds_and_in_one_go(mut scene: Scene, error: f64) {
+    scene.render.budget = Budget::MaxError(error);
     let bytes = |picture: &Exposure| -> Vec<_> {
         let pixels = (0..picture.height()).flat_map(|y| (0..picture.width()).map(move |x| (x, y)));
         pixels.map(|(x, y)| picture.pixel(x, y).map(f32::to_bits)).collect()
