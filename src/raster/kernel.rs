@@ -155,7 +155,7 @@ fn cover_one<S: Simd>(
     let mut boxes = None;
     if is(block.imaged) && (x1 - x0 + 1) * (y1 - y0 + 1) > FEW {
         // Where each lens point sees the triangle: tighter than any box that was made beforehand.
-        let found = scatter::lane_boxes(simd, &block.corners, lane, batch, size, blocks);
+        let found = scatter::ranges(simd, &block.corners, lane, batch, size, blocks).boxes(simd);
         let [x0, x1, y0, y1] = found.union;
         if x0 > x1 || y0 > y1 {
             return;

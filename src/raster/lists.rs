@@ -162,14 +162,18 @@ impl TileLists {
         own + self.levels.iter().map(|level| longest(&level.lists.starts)).sum::<usize>()
     }
 
-    /// At least how many triangles tile `(x, y)` has.
-    pub(super) fn crowd(&self, (x, y): (u32, u32)) -> usize {
-        self.rows.get(y as usize).map_or(0, |row| row.list(x).len())
+    /// How many triangles are listed with a tile itself.
+    pub(super) fn crowd(&self, tile: (u32, u32)) -> usize {
+        self.own(tile).len()
+    }
+
+    fn own(&self, (x, y): (u32, u32)) -> &[u32] {
+        self.rows.get(y as usize).map_or(&[][..], |row| row.list(x))
     }
 
     /// The next triangles that may touch tile `(x, y)`, as many as `out` holds or there are; tells how many.
     pub(super) fn next(&self, (x, y): (u32, u32), cursor: &mut Cursor, out: &mut [u32]) -> usize {
-        let own = self.rows.get(y as usize).map_or(&[][..], |row| row.list(x));
+        let own = self.own((x, y));
         let lists: [&[(u32, Tiles)]; LEVELS] = std::array::from_fn(|at| {
             let list = |level: &Squares| (y >> level.shift) * level.squares_x + (x >> level.shift);
             self.levels.get(at).map_or(&[][..], |level| level.lists.list(list(level)))

@@ -9,7 +9,7 @@ use super::setup::Images;
 use super::view::Batch;
 use super::visibility::{REGION, Visibility};
 use super::{LANES, TILE};
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, i32x16};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, i32x16, mask32x16};
 
 /// The blocks that each of 16 lens points sees a triangle in.
 pub(super) struct LaneBoxes {
@@ -23,56 +23,25 @@ pub(super) struct LaneBoxes {
     pub patches: i32,
 }
 
-/// Lens point by lens point, the first and last block whose sample can lie in triangle `lane`, within `blocks`.
-#[inline(always)]
-pub(super) fn lane_boxes<S: Simd>(
-    simd: S,
-    corners: &Images,
-    lane: usize,
-    batch: &Batch,
-    block: (u32, u32),
-    blocks: [i32; 4],
-) -> LaneBoxes {
-    let [x0, x1, y0, y1] = ranges(simd, corners, lane, batch, block, blocks);
-    let zero = i32x16::splat(simd, 0);
-    let (w, h) = (x1 - x0 + 1, y1 - y0 + 1);
-    let some = w.simd_gt(zero) & h.simd_gt(zero);
-    let (most, least) = (i32x16::splat(simd, i32::MAX), i32x16::splat(simd, i32::MIN));
-    let union = [
-        some.select(x0, most).reduce_min(),
-        some.select(x1, least).reduce_max(),
-        some.select(y0, most).reduce_min(),
-        some.select(y1, least).reduce_max(),
-    ];
-    let three = i32x16::splat(simd, PATCH - 1);
-    let patches = some.select(((w + three) >> 2) * ((h + three) >> 2), zero).reduce_sum();
-    LaneBoxes { x0: x0.to_array(), x1: x1.to_array(), y0: y0.to_array(), y1: y1.to_array(), union, patches }
+/// Lens point by lens point, the first and last column and row of blocks whose sample can lie in a triangle; none where a last
+/// comes before its first.
+pub(super) struct Ranges<S: Simd> {
+    x0: i32x16<S>,
+    x1: i32x16<S>,
+    y0: i32x16<S>,
+    y1: i32x16<S>,
 }
 
-/// The lens points in use from which some block's sample can lie in triangle `lane`, within `blocks`.
+/// Those of triangle `lane`, within `blocks`.
 #[inline(always)]
-pub(super) fn meeting<S: Simd>(
+pub(super) fn ranges<S: Simd>(
     simd: S,
     corners: &Images,
     lane: usize,
     batch: &Batch,
     block: (u32, u32),
     blocks: [i32; 4],
-) -> u16 {
-    let [x0, x1, y0, y1] = ranges(simd, corners, lane, batch, block, blocks);
-    (x0.simd_le(x1) & y0.simd_le(y1)).to_bitmask() as u16 & batch.live
-}
-
-/// Lens point by lens point, the first and last column and row of such blocks; none where a last comes before its first.
-#[inline(always)]
-fn ranges<S: Simd>(
-    simd: S,
-    corners: &Images,
-    lane: usize,
-    batch: &Batch,
-    block: (u32, u32),
-    blocks: [i32; 4],
-) -> [i32x16<S>; 4] {
+) -> Ranges<S> {
     let u = f32x16::load_array_ref(simd, &batch.u);
     let v = f32x16::load_array_ref(simd, &batch.v);
     let one = f32x16::splat(simd, 1.0);
@@ -87,7 +56,40 @@ fn ranges<S: Simd>(
     let q = linear(&corners[1][1], lane, u, v) * i1;
     let r = linear(&corners[2][1], lane, u, v) * i2;
     let (y0, y1) = range(simd, [p, q, r], &batch.y, block.1, [blocks[2], blocks[3]]);
-    [x0, x1, y0, y1]
+    Ranges { x0, x1, y0, y1 }
+}
+
+impl<S: Simd> Ranges<S> {
+    /// The lens points that have any.
+    #[inline(always)]
+    pub(super) fn some(&self) -> mask32x16<S> {
+        self.x0.simd_le(self.x1) & self.y0.simd_le(self.y1)
+    }
+
+    #[inline(always)]
+    pub(super) fn boxes(self, simd: S) -> LaneBoxes {
+        let some = self.some();
+        let Self { x0, x1, y0, y1 } = self;
+        let (most, least) = (i32x16::splat(simd, i32::MAX), i32x16::splat(simd, i32::MIN));
+        let union = [
+            some.select(x0, most).reduce_min(),
+            some.select(x1, least).reduce_max(),
+            some.select(y0, most).reduce_min(),
+            some.select(y1, least).reduce_max(),
+        ];
+        // From first to last, both counted, and rounded up.
+        let patch = i32x16::splat(simd, PATCH);
+        let patches = ((x1 - x0 + patch) >> 2) * ((y1 - y0 + patch) >> 2);
+        let patches = some.select(patches, i32x16::splat(simd, 0)).reduce_sum();
+        LaneBoxes {
+            x0: x0.to_array(),
+            x1: x1.to_array(),
+            y0: y0.to_array(),
+            y1: y1.to_array(),
+            union,
+            patches,
+        }
+    }
 }
 
 #[inline(always)]

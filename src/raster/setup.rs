@@ -222,8 +222,42 @@ fn power_of_two<S: Simd>(simd: S, x: f64x8<S>) -> f64x8<S> {
     f64x8::load_array(simd, each)
 }
 
+/// What tests of set-up and of what goes before it share.
+#[cfg(test)]
+pub(super) mod testing {
+    use super::*;
+
+    /// Sixteen triangles of about `size`, from 0.2 to 2.2 m before the lens, in and around the view of a test's tile.
+    pub(in crate::raster) fn triangles(size: f64, random: &mut dyn FnMut() -> f64) -> Corners {
+        let mut v: Corners = [[[0.0; LANES]; 3]; 3];
+        for lane in 0..LANES {
+            let z = 1.2 + random();
+            let middle = [0.2 * z * random(), 0.2 * z * random(), z];
+            for corner in &mut v {
+                for axis in 0..3 {
+                    corner[axis][lane] = middle[axis] + size * random();
+                }
+            }
+        }
+        v
+    }
+
+    /// The three edge functions of a triangle.
+    pub(in crate::raster) fn edges(film: &TileFilm, v: &Corners, lane: usize) -> [[f64; 9]; 3] {
+        let c = v.map(|corner| corner.map(|axis| axis[lane]));
+        [film.edge(c[1], c[2]), film.edge(c[2], c[0]), film.edge(c[0], c[1])]
+    }
+
+    /// A function at lens point (u, v) and place (x, y).
+    pub(in crate::raster) fn at(e: &[f64; 9], [u, v, x, y]: [f64; 4]) -> f64 {
+        let part = |i: usize| e[i] + e[i + 1] * u + e[i + 2] * v;
+        part(0) + part(3) * x + part(6) * y
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use super::testing::{at, edges, triangles};
     use super::*;
     use crate::raster::view::test_view;
     use crate::simd::SimdLevel;
@@ -239,32 +273,22 @@ mod tests {
         let (mut missed, mut met) = (0, 0);
         for round in 0..40 {
             let size = [1.0, 0.1, 0.01][round % 3];
-            let mut v: Corners = [[[0.0; LANES]; 3]; 3];
+            let v = triangles(size, &mut random);
             let mut depths = [0.0; LANES];
             for lane in 0..LANES {
-                let z = 1.2 + random();
-                let middle = [0.2 * z * random(), 0.2 * z * random(), z];
-                for corner in &mut v {
-                    for axis in 0..3 {
-                        corner[axis][lane] = middle[axis] + size * random();
-                    }
-                }
                 depths[lane] = v.iter().map(|c| c[2][lane]).fold(f64::INFINITY, f64::min).max(0.0) as f32;
             }
             let mut block = Block::EMPTY;
             film.set_up(SimdLevel::best().level(), &v, &depths, &mut block);
             for lane in 0..LANES {
                 let c = [0, 1, 2].map(|i| [0, 1, 2].map(|axis| v[i][axis][lane]));
-                let edges = [film.edge(c[1], c[2]), film.edge(c[2], c[0]), film.edge(c[0], c[1])];
+                let edges = edges(&film, &v, lane);
                 let n = cross(minus(c[1], c[0]), minus(c[2], c[0]));
                 for _ in 0..200 {
                     let angle = 3.2 * random();
                     let (sine, cosine) = libm::sincos(angle);
                     let (u, v, x, y) = (cosine, sine, 16.0 * random(), 16.0 * random());
-                    let at = |e: &[f64; 9]| {
-                        let part = |i: usize| e[i] + e[i + 1] * u + e[i + 2] * v;
-                        part(0) + part(3) * x + part(6) * y
-                    };
+                    let at = |e: &[f64; 9]| at(e, [u, v, x, y]);
                     let s = [film.radius * u, film.radius * v, 0.0];
                     let side: f64 = (0..3).map(|i| n[i] * (c[0][i] - s[i])).sum();
                     let inverse = at(&film.bilinear(n, [0.0; 3])) / side;

@@ -6,7 +6,7 @@
 //! [`super::scatter`], with the same margin: nothing that is seen is left out.
 
 use super::film::TileFilm;
-use super::scatter::{MARGIN, meeting};
+use super::scatter::{MARGIN, ranges};
 use super::setup::{Corners, Images, corners, images};
 use super::view::{Batch, Pattern};
 use super::{LANES, TILE};
@@ -61,14 +61,16 @@ fn met<S: Simd>(simd: S, sieve: &Sieve, film: &TileFilm, v: &Corners, those: u16
     while rest != 0 {
         let lane = rest.trailing_zeros() as usize % LANES;
         rest &= rest - 1;
-        let mut lanes = 0;
+        let mut is_met = false;
+        // A loop, for closures are not compiled for the level.
         for batch in &sieve.batches {
-            lanes |= meeting(simd, &at, lane, batch, sieve.size, blocks);
-            if lanes != 0 {
+            let seeing = ranges(simd, &at, lane, batch, sieve.size, blocks).some().to_bitmask() as u16;
+            is_met = seeing & batch.live != 0;
+            if is_met {
                 break;
             }
         }
-        met &= !(u16::from(lanes == 0) << lane);
+        met &= !(u16::from(!is_met) << lane);
     }
     met
 }
@@ -86,6 +88,7 @@ fn extent<S: Simd>(simd: S, at: &Images, row: usize) -> f32x16<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::raster::setup::testing::{at, edges, triangles};
     use crate::raster::view::test_view;
     use crate::simd::SimdLevel;
 
@@ -114,24 +117,14 @@ mod tests {
         for round in 0..200 {
             // A pixel is 1 mm on the film, 2 to 14 mm where the triangles are.
             let size = [2e-4, 1e-3, 3e-3, 0.1][round % 4];
-            let mut v: Corners = [[[0.0; LANES]; 3]; 3];
-            for lane in 0..LANES {
-                let z = 1.2 + 0.8 * random();
-                let middle = [0.1 * z * random(), 0.1 * z * random(), z];
-                for corner in &mut v {
-                    for axis in 0..3 {
-                        corner[axis][lane] = middle[axis] + size * random();
-                    }
-                }
-            }
+            let v = triangles(size, &mut random);
             let kept = sieve.met(SimdLevel::best().level(), &film, &v, 0xfeff);
             assert_eq!(kept & 0x100, 0, "one that was not asked for");
             for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
                 assert_eq!(sieve.met(level.level(), &film, &v, 0xfeff), kept, "{}", level.name());
             }
             for lane in (0..LANES).filter(|lane| 0xfeff >> lane & 1 == 1) {
-                let c = [0, 1, 2].map(|i| [0, 1, 2].map(|axis| v[i][axis][lane]));
-                let edges = [film.edge(c[1], c[2]), film.edge(c[2], c[0]), film.edge(c[0], c[1])];
+                let edges = edges(&film, &v, lane);
                 let samples = pattern.batches.iter().flat_map(|batch| {
                     (0..LANES).filter(|lane| batch.live >> lane & 1 == 1).map(move |lane| (batch, lane))
                 });
@@ -141,15 +134,12 @@ mod tests {
                         let corner = |block: u32| f64::from(2 * block) - 16.0;
                         let x = corner(block % 16) + f64::from(batch.x[lane]);
                         let y = corner(block / 16) + f64::from(batch.y[lane]);
-                        let side = edges.map(|e| {
-                            let part = |i: usize| e[i] + e[i + 1] * u + e[i + 2] * v;
-                            part(0) + part(3) * x + part(6) * y
-                        });
+                        let side = edges.map(|e| at(&e, [u, v, x, y]));
                         side.iter().all(|&s| s >= 0.0) || side.iter().all(|&s| s <= 0.0)
                     })
                 });
                 let is_kept = kept >> lane & 1 == 1;
-                assert!(is_kept || !is_met, "left out, and met: {c:?}");
+                assert!(is_kept || !is_met, "left out, and met: {lane} of {v:?}");
                 left_out += u32::from(!is_kept);
                 met += u32::from(is_met);
             }

@@ -253,8 +253,8 @@ impl TileScratch {
         }
         let block = &mut self.blocks[self.ready];
         let (mut corners, mut depths): (Corners, _) = ([[[0.0; LANES]; 3]; 3], [0.0; LANES]);
+        block.imaged = self.next.corners(0, geometry.view, geometry.positions, &mut corners);
         (block.near, block.cutout) = (0, 0);
-        let imaged = self.next.corners(geometry.view, geometry.positions, &mut corners);
         for (lane, candidate) in self.next.candidates.iter().take(self.next.count).enumerate() {
             depths[lane] = candidate.nearest;
             block.triangles[lane] = candidate.triangle;
@@ -262,7 +262,6 @@ impl TileScratch {
             block.near |= u16::from(near) << lane;
             block.cutout |= u16::from(candidate.is_cutout()) << lane;
         }
-        block.imaged = imaged;
         film.set_up(level, &corners, &depths, block);
         block.live &= (0xffff_u32 >> (LANES - self.next.count)) as u16;
 

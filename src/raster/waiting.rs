@@ -40,12 +40,12 @@ impl Waiting {
         }
     }
 
-    /// Their corners; tells which of them have an image for every lens point.
-    pub(super) fn corners(&self, view: &View, positions: &[DVec3], out: &mut Corners) -> u16 {
+    /// The corners of those from `first` on; tells which of them have an image for every lens point.
+    pub(super) fn corners(&self, first: usize, view: &View, positions: &[DVec3], out: &mut Corners) -> u16 {
         // Farther from the tile's centre single precision does not place a corner as well as `scatter` assumes.
         let is_narrow = view.spread.iter().all(|&spread| spread < 2000.0);
         let mut imaged = 0;
-        for (lane, candidate) in self.candidates.iter().take(self.count).enumerate() {
+        for (lane, candidate) in self.candidates.iter().enumerate().take(self.count).skip(first) {
             for (corner, &vertex) in out.iter_mut().zip(&candidate.vertices) {
                 let place = positions[vertex as usize];
                 corner[0][lane] = place.x;
@@ -67,9 +67,8 @@ impl Waiting {
         cells: usize,
     ) {
         let mut corners: Corners = [[[0.0; LANES]; 3]; 3];
-        let imaged = self.corners(view, positions, &mut corners);
-        let new = (u32::from(u16::MAX) << first) as u16;
-        let met = sieve.met(level, film, &corners, imaged & new) | !imaged;
+        let imaged = self.corners(first, view, positions, &mut corners);
+        let met = sieve.met(level, film, &corners, imaged) | !imaged;
         let count = std::mem::replace(&mut self.count, first);
         for lane in (first..count).filter(|lane| met >> lane & 1 == 1) {
             self.replace(self.count, lane, cells);
