@@ -3,7 +3,6 @@
 use super::filter::FARTHEST;
 use super::look::Bilinear4;
 use super::samples::Places;
-use crate::raster::LANES;
 use crate::raster::view::Batch;
 use fearless_simd::{Select, Simd, SimdBase, f32x16};
 use glam::{Vec2, Vec4};
@@ -91,31 +90,6 @@ pub(super) fn reaches<S: Simd>(
         moves(right, spots.s, weight, ranges) * inverse * size.x,
         moves(down, spots.t, weight, ranges) * inverse * size.y,
     ]
-}
-
-/// The square of the angle by which a normal turns, about, at 16 places as far as samples lie apart: `ranges`, as for
-/// [`reaches`]. Its direction is that of a bilinear function; what changes its length alone is left out.
-#[inline(always)]
-pub(super) fn turns<S: Simd>(simd: S, k: &Bilinear4, ranges: Vec4, at: &Places<S>) -> [f32; LANES] {
-    let zero = f32x16::splat(simd, 0.0);
-    let mut normal = [zero; 3];
-    let mut changes = [[zero; 3]; 4];
-    for axis in 0..3 {
-        let [value, cx, cy] = moved(at_lens(k, axis, at.u, at.v), at.x, at.y);
-        normal[axis] = value;
-        changes[0][axis] = along(k, axis, 1, at) * ranges.x;
-        changes[1][axis] = along(k, axis, 2, at) * ranges.y;
-        changes[2][axis] = cx * ranges.z;
-        changes[3][axis] = cy * ranges.w;
-    }
-    let [x, y, z] = normal;
-    let square = x * x + y * y + z * z;
-    let mut turn = zero;
-    for [dx, dy, dz] in changes {
-        let along = x * dx + y * dy + z * dz;
-        turn = turn + (dx * dx + dy * dy + dz * dz) * square - along * along;
-    }
-    (turn / (square * square)).to_array()
 }
 
 /// How function `i` changes with `u` (`lens` 1) or `v` (2).

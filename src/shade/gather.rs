@@ -54,6 +54,8 @@ pub(super) struct Waiting {
     /// Whose they are, which lanes look, and which of these belong to the odd half.
     owners: [(u8, u16, u16); WAITING],
     each_owner: [[u8; LANES]; WAITING],
+    /// The share of the sun's light that each receives, where that differs from sample to sample.
+    weights: [[f32; LANES]; WAITING],
     nearest: [[u32; LANES]; WAITING],
     between: [Around; WAITING],
 }
@@ -61,11 +63,42 @@ pub(super) struct Waiting {
 /// How many batches' look-ups wait.
 const WAITING: usize = 16;
 
+/// What the samples of 16 groups read: those of the even half of group `i` are number `2 i`, of the odd the next.
+pub(super) struct Reads {
+    /// Sums of their colours.
+    pub all: [Vec4; 2 * LANES],
+    /// The same, each by the share of the sun's light that the sample receives, where that differs from sample to sample.
+    pub lit: [Vec4; 2 * LANES],
+}
+
+impl Reads {
+    pub(super) const NONE: Self = Self { all: [Vec4::ZERO; 2 * LANES], lit: [Vec4::ZERO; 2 * LANES] };
+
+    /// Nothing yet.
+    #[inline(always)]
+    pub(super) fn clear(&mut self, are_weighed: bool) {
+        self.all = [Vec4::ZERO; 2 * LANES];
+        if are_weighed {
+            self.lit = [Vec4::ZERO; 2 * LANES];
+        }
+    }
+
+    #[inline(always)]
+    fn add<const WEIGHED: bool>(&mut self, owner: u8, color: Vec4, weight: f32) {
+        let owner = usize::from(owner) % (2 * LANES);
+        self.all[owner] += color;
+        if WEIGHED {
+            self.lit[owner] += color * weight;
+        }
+    }
+}
+
 impl Waiting {
     pub(super) const NONE: Self = Self {
         count: 0,
         owners: [(0, 0, 0); WAITING],
         each_owner: [[0; LANES]; WAITING],
+        weights: [[0.0; LANES]; WAITING],
         nearest: [[0; LANES]; WAITING],
         between: [Around::NOWHERE; WAITING],
     };
@@ -79,10 +112,10 @@ impl Waiting {
         choice: Choice<'_>,
         at: [f32x16<S>; 2],
         owner: (u8, u16, u16),
-        sums: &mut [Vec4; 2 * LANES],
+        reads: &mut Reads,
     ) {
         if self.place(simd, choice, at, owner) {
-            self.fetch(simd, choice, sums);
+            self.fetch(simd, choice, reads);
         }
     }
 
@@ -106,7 +139,7 @@ impl Waiting {
         self.count == WAITING
     }
 
-    /// Samples side by side, each with an owner of its own, as many as there are.
+    /// Samples side by side, each with an owner of its own, as many as there are, and with a weight where these are wanted.
     #[cfg_attr(not(target_family = "wasm"), inline(always))]
     #[cfg_attr(target_family = "wasm", inline(never))]
     pub(super) fn add_packed<S: Simd>(
@@ -114,36 +147,53 @@ impl Waiting {
         simd: S,
         choice: Choice<'_>,
         at: [f32x16<S>; 2],
-        (owners, filled): ([u8; LANES], usize),
-        sums: &mut [Vec4; 2 * LANES],
+        (owners, filled): (&[u8; LANES], usize),
+        weights: Option<f32x16<S>>,
+        reads: &mut Reads,
     ) {
-        self.each_owner[self.count % WAITING] = owners;
+        let number = self.count % WAITING;
+        self.each_owner[number] = *owners;
+        if let Some(weights) = weights {
+            weights.store_array(&mut self.weights[number]);
+        }
         if self.place(simd, choice, at, (0, filled as u16, 0)) {
-            self.fetch_packed(simd, choice, sums);
+            self.fetch_packed(simd, choice, weights.is_some(), reads);
         }
     }
 
-    /// Adds what they read to each owner's sum; none waits any more.
-    #[cfg_attr(not(target_family = "wasm"), inline(always))]
-    #[cfg_attr(target_family = "wasm", inline(never))]
+    /// Adds what they read to each owner's sum, and to another by their weights where these are wanted; none waits any more.
+    #[inline(always)]
     pub(super) fn fetch_packed<S: Simd>(
         &mut self,
         simd: S,
         choice: Choice<'_>,
-        sums: &mut [Vec4; 2 * LANES],
+        are_weighed: bool,
+        reads: &mut Reads,
     ) {
+        // Asked once, and not for each sample.
+        if are_weighed {
+            self.fetch_each::<S, true>(simd, choice, reads);
+        } else {
+            self.fetch_each::<S, false>(simd, choice, reads);
+        }
+    }
+
+    #[cfg_attr(not(target_family = "wasm"), inline(always))]
+    #[cfg_attr(target_family = "wasm", inline(never))]
+    fn fetch_each<S: Simd, const WEIGHED: bool>(&mut self, simd: S, choice: Choice<'_>, reads: &mut Reads) {
         let texels = &choice.level.texels[..];
         let count = std::mem::take(&mut self.count);
         for (at, &(_, filled, _)) in self.owners.iter().enumerate().take(count) {
             let owners = self.each_owner[at].iter().take(usize::from(filled));
+            let each = owners.zip(&self.weights[at]);
             if choice.nearest {
-                for (&place, &owner) in self.nearest[at].iter().zip(owners) {
-                    sums[usize::from(owner) % (2 * LANES)] += texel(texels, place as usize) * FULL;
+                for (&place, (&owner, &weight)) in self.nearest[at].iter().zip(each) {
+                    reads.add::<WEIGHED>(owner, texel(texels, place as usize) * FULL, weight);
                 }
             } else {
                 let between = Between::new(simd, choice, &self.between[at]);
-                for (lane, &owner) in owners.enumerate() {
-                    sums[usize::from(owner) % (2 * LANES)] += between.at(lane);
+                for (lane, (&owner, &weight)) in each.enumerate() {
+                    reads.add::<WEIGHED>(owner, between.at(lane), weight);
                 }
             }
         }
@@ -152,7 +202,7 @@ impl Waiting {
     /// Adds what they read to their owners' sums; none waits any more.
     #[cfg_attr(not(target_family = "wasm"), inline(always))]
     #[cfg_attr(target_family = "wasm", inline(never))]
-    pub(super) fn fetch<S: Simd>(&mut self, simd: S, choice: Choice<'_>, sums: &mut [Vec4; 2 * LANES]) {
+    pub(super) fn fetch<S: Simd>(&mut self, simd: S, choice: Choice<'_>, reads: &mut Reads) {
         let texels = &choice.level.texels[..];
         let count = std::mem::take(&mut self.count);
         for (at, &(owner, lanes, odd)) in self.owners.iter().enumerate().take(count) {
@@ -165,8 +215,8 @@ impl Waiting {
                 Between::new(simd, choice, &self.between[at]).sums(halves)
             };
             let owner = 2 * usize::from(owner) % (2 * LANES);
-            sums[owner] += even;
-            sums[owner + 1] += odd;
+            reads.all[owner] += even;
+            reads.all[owner + 1] += odd;
         }
     }
 }

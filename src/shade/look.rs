@@ -8,9 +8,6 @@ use glam::{DVec2, DVec3, DVec4, Vec3, Vec4};
 /// Coefficients of `1, u, v, x, xu, xv, y, yu, yv`, four functions side by side.
 pub(crate) type Bilinear4 = [Vec4; 9];
 
-/// The cosine of two and a half degrees.
-const NEARLY_FLAT: f32 = 0.999;
-
 /// See the module.
 #[derive(Clone, Debug)]
 pub(crate) struct Look {
@@ -21,8 +18,6 @@ pub(crate) struct Look {
     /// The normal times that sum; for flat triangles `face` counts.
     pub normal: Option<Bilinear4>,
     pub face: Vec3,
-    /// Whether its normals differ so much that the light on it changes with what the texture shows.
-    pub is_curved: bool,
     /// The light on the side of `face`, and on the other.
     pub lit: [Vec3; 2],
     /// Where the surface lies; with shadows only.
@@ -103,7 +98,6 @@ impl Look {
                 Some([n, ..]) => n,
                 None => crate::camera::unit(parts.across()).unwrap_or(DVec3::Z).as_vec3(),
             },
-            is_curved: normals.is_some_and(|[a, b, c]| a.dot(b).min(b.dot(c)).min(c.dot(a)) < NEARLY_FLAT),
             lit: [Vec3::ZERO; 2],
             plane: None,
         }

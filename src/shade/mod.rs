@@ -16,6 +16,7 @@ mod falloff;
 mod filter;
 mod gather;
 mod look;
+mod packed;
 mod run;
 mod samples;
 mod shadowed;

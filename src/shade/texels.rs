@@ -2,13 +2,15 @@
 //!
 //! The pixel's footprint is computed at each group's mean place. Where the texture is smooth as far as a group's samples
 //! look, one look-up at their mean place stands for all of them. Elsewhere each sample looks for itself
-//! ([`gather`]). A group of five samples would leave eleven of sixteen lanes idle, so samples of several small
-//! groups share the lanes; groups that are nearly full are cheaper by themselves.
+//! ([`gather`]): samples of small groups side by side ([`super::packed`]), those of groups that are nearly full by themselves.
+//! Where the light differs from sample to sample, each colour is summed a second time by its sample's share of the sun's.
 
 use super::coordinates::{Coordinates, reaches};
 use super::filter::{self, Choice};
-use super::gather::{self, Waiting};
+use super::gather::{self, Reads, Waiting};
 use super::look::{Bilinear4, Look};
+use super::packed::Packed;
+use super::run::Slope;
 use super::samples::{Places, Samples};
 use crate::raster::group::Group;
 use crate::raster::view::Batch;
@@ -17,14 +19,8 @@ use crate::scene::{Material, Smooth, Texture};
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16, u32x16};
 use glam::Vec4;
 
-/// Sums of colours of the even and the odd samples of 16 groups: those of group `i` are numbers `2 i` and `2 i + 1`.
-pub(super) type Reads = [Vec4; 2 * LANES];
-
 /// Where a group has this many samples of a batch, they look into the texture by themselves.
 const DENSE: u32 = 8;
-
-/// Room for all samples of 16 groups that do not. (A power of two: numbers are kept within it by a mask.)
-const ROWS: usize = (LANES * BATCHES * (DENSE as usize - 1)).next_power_of_two();
 
 /// A surface's texture in a tile, for up to four batches of samples.
 pub(super) struct Textured<'a, S: Simd> {
@@ -40,14 +36,12 @@ pub(super) struct Textured<'a, S: Simd> {
 /// Look-ups on their way, used again from surface to surface.
 pub(crate) struct LookUps {
     waiting: Waiting,
-    /// Samples side by side: their places, and the numbers of their sums.
-    rows: [[f32; 4]; ROWS],
-    owners: [u8; ROWS],
+    pub(super) packed: Packed,
 }
 
 impl Default for LookUps {
     fn default() -> Self {
-        Self { waiting: Waiting::NONE, rows: [[0.0; 4]; ROWS], owners: [0; ROWS] }
+        Self { waiting: Waiting::NONE, packed: Packed::default() }
     }
 }
 
@@ -68,33 +62,42 @@ impl<'a, S: Simd> Textured<'a, S> {
         Some(Self { map, look, samples, functions, coordinates: [None; BATCHES] })
     }
 
-    /// What `groups`, whose mean places are `at`, read.
+    /// Adds what `groups`, whose mean places are `at`, read; with a slope, also by the light that each sample receives.
     #[inline(always)]
-    pub(super) fn sums(
+    pub(super) fn reads(
         &mut self,
         simd: S,
         groups: &[Group],
         at: &Places<S>,
+        slope: Option<&Slope<'_>>,
         look_ups: &mut LookUps,
-    ) -> Reads {
-        let mut reads = [Vec4::ZERO; 2 * LANES];
+        reads: &mut Reads,
+    ) {
         let Shared { which: shared, texels, levels } = self.shared(simd, groups, at);
         if shared != 0 {
             for (i, group) in groups.iter().enumerate().take(LANES) {
                 let [even, odd] = self.samples.counts(group);
-                (reads[2 * i], reads[2 * i + 1]) = (texels[i] * even, texels[i] * odd);
+                (reads.all[2 * i], reads.all[2 * i + 1]) = (texels[i] * even, texels[i] * odd);
+            }
+            if let Some(slope) = slope {
+                let lights = slope.totals(simd, self.samples, groups, shared, &mut look_ups.packed);
+                for (i, (lit, light)) in reads.lit.iter_mut().zip(lights).enumerate() {
+                    *lit = texels[i / 2] * light;
+                }
             }
         }
         let mut rest = of_groups(groups) & !shared;
         while rest != 0 {
             let (level, same) = of_first(simd, levels, rest);
             if let Some(choice) = Choice::colour(self.map, level, self.look.anchor) {
-                let sparse = self.full(simd, choice, (groups, same), look_ups, &mut reads);
-                self.packed(simd, choice, (groups, &sparse), look_ups, &mut reads);
+                let sparse = match slope {
+                    None => self.full(simd, choice, (groups, same), look_ups, reads),
+                    Some(_) => lanes_of(groups, same),
+                };
+                self.packed(simd, choice, (groups, &sparse), slope, look_ups, reads);
             }
             rest &= !same;
         }
-        reads
     }
 
     /// The one look-up of each group that needs no more: a single sample, or many that look where the texture is smooth.
@@ -211,43 +214,39 @@ impl<'a, S: Simd> Textured<'a, S> {
         simd: S,
         choice: Choice<'_>,
         (groups, sparse): (&[Group], &[u64; LANES]),
+        slope: Option<&Slope<'_>>,
         look_ups: &mut LookUps,
         reads: &mut Reads,
     ) {
-        let samples = self.samples;
-        let LookUps { waiting, rows, owners } = look_ups;
-        let mut count = 0;
-        for (i, (&lanes, group)) in sparse.iter().zip(groups).enumerate() {
-            let corner = samples.corner(group);
-            let corner = Vec4::new(0.0, 0.0, corner.x, corner.y);
-            let mut rest = lanes;
-            while rest != 0 {
-                // Four without a branch: how many a group has nothing foresees.
-                let left = rest.count_ones() as usize;
-                for at in count..count + 4 {
-                    let lane = rest.trailing_zeros() as usize;
-                    rest &= rest.wrapping_sub(1);
-                    rows[at % ROWS] = (samples.means.lane(lane) + corner).to_array();
-                    owners[at % ROWS] = (2 * i) as u8 | samples.means.odd_bit(lane);
-                }
-                count += left.min(4);
-            }
-        }
-        let side_by_side = rows.as_chunks::<LANES>().0.iter().zip(owners.as_chunks::<LANES>().0);
-        for (number, (rows, owners)) in side_by_side.enumerate().take(count.div_ceil(LANES)) {
-            let places = Places::of_rows(simd, rows);
+        let LookUps { waiting, packed } = look_ups;
+        packed.fill(self.samples, groups, sparse);
+        for number in 0..packed.batches() {
+            let (places, owners, filled) = packed.batch(simd, number);
             let coordinates = Coordinates::new(self.functions, places.u, places.v);
             let spots = coordinates.at(simd, places.x, places.y).usable(simd);
-            let filled = (count - number * LANES).min(LANES);
-            waiting.add_packed(simd, choice, spots, (*owners, filled), reads);
+            let weights = match slope {
+                Some(slope) => Some(slope.light(simd, self.samples.rays, &places)),
+                None => None,
+            };
+            waiting.add_packed(simd, choice, spots, (owners, filled), weights, reads);
         }
-        waiting.fetch_packed(simd, choice, reads);
+        waiting.fetch_packed(simd, choice, slope.is_some(), reads);
     }
+}
+
+/// The lanes of those groups that are in the mask `which`, none of the others.
+#[inline(always)]
+pub(super) fn lanes_of(groups: &[Group], which: u16) -> [u64; LANES] {
+    let mut lanes = [0; LANES];
+    for (i, (lanes, group)) in lanes.iter_mut().zip(groups).enumerate() {
+        *lanes = if which >> i & 1 == 1 { group.lanes } else { 0 };
+    }
+    lanes
 }
 
 /// The lanes that stand for a group.
 #[inline(always)]
-fn of_groups(groups: &[Group]) -> u16 {
+pub(super) fn of_groups(groups: &[Group]) -> u16 {
     (0xffff_u32 >> (LANES - groups.len().min(LANES))) as u16
 }
 
@@ -276,7 +275,7 @@ mod tests {
     }
 
     /// What the groups read from a texture of 64 x 64 texels, each of which is a third of a pixel to two pixels wide.
-    fn reads(texture: Texture, groups: &[Group]) -> Reads {
+    fn reads(texture: Texture, groups: &[Group]) -> [Vec4; 2 * LANES] {
         let batches = [0, 1000, 2000, 3000].map(|start| Batch {
             u: std::array::from_fn(|i| random(start + i)),
             v: std::array::from_fn(|i| random(start + 100 + i)),
@@ -297,7 +296,6 @@ mod tests {
             anchor: [77, 200],
             normal: None,
             face: Vec3::Z,
-            is_curved: false,
             lit: [Vec3::ONE; 2],
             plane: None,
         };
@@ -313,7 +311,10 @@ mod tests {
         };
         at_level!(SimdLevel::best().level(), simd => {
             let mut texture = Textured::new(&material, &look, &samples).unwrap();
-            texture.sums(simd, groups, &samples.places(simd, groups), &mut LookUps::default())
+            let mut reads = Reads::NONE;
+            let at = samples.places(simd, groups);
+            texture.reads(simd, groups, &at, None, &mut LookUps::default(), &mut reads);
+            reads.all
         })
     }
 
