@@ -70,9 +70,10 @@ impl Visibility {
         self.id.resize(blocks, [NOTHING; LANES]);
         self.floor = [0.0; LANES];
         if wanted == EVERYWHERE {
-            self.depth.clear();
             self.depth.resize(blocks, [0.0; LANES]);
-            self.id.fill([NOTHING; LANES]);
+            // Byte by byte: that is a call of the system's, which knows the machine's widest stores.
+            bytemuck::cast_slice_mut::<_, u8>(&mut self.depth).fill(0);
+            bytemuck::cast_slice_mut::<_, u8>(&mut self.id).fill(u8::MAX);
             self.floors = [[0.0; LANES]; MOST_REGIONS * MOST_REGIONS];
             self.lows = [0.0; MOST_REGIONS * MOST_REGIONS];
             return;
