@@ -44,8 +44,16 @@ pub(crate) struct Visit {
     pub cutout: bool,
 }
 
-/// Which of the lanes of a mask meet, at block `block`, the surface of a visit that may let them through.
-pub(crate) type Opaque<'a> = dyn Fn(&Visit, usize, u16) -> u16 + 'a;
+/// Samples of a block that meet a triangle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hit {
+    pub block: u16,
+    /// Lane 0 in the lowest bit.
+    pub lanes: u16,
+}
+
+/// Leaves of hits those lanes that the surface of a visit does not let through.
+pub(crate) type Opaque<'a> = dyn Fn(&Visit, &mut [Hit]) + 'a;
 
 /// A triangle's functions for 16 lens points: each the value at the left top block, and its change with `x`
 /// and `y` in pixels. Inside where `a`, `b` and `c` are not negative; `z` is `1/t`.
@@ -265,8 +273,11 @@ mod tests {
                     size: (1, 1),
                     surfaces: &[],
                 };
-                cover(level, &batch, &visits, &mut seen, &|visit, block, lanes| {
-                    lanes & (0x6db6_u32 >> ((visit.id as usize + block) % 3)) as u16
+                cover(level, &batch, &visits, &mut seen, &|visit, hits| {
+                    for hit in hits {
+                        hit.lanes &=
+                            (0x6db6_u32 >> ((visit.id as usize + usize::from(hit.block)) % 3)) as u16;
+                    }
                 });
                 blocks.push(format!("{block:?}"));
             }

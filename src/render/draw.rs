@@ -14,7 +14,7 @@ use crate::raster::{self, BATCHES, LANES, TILE};
 use crate::sampling;
 use crate::sampling::runs::Run;
 use crate::shade::{LaneSums, LookUps, Rays, Samples, SunSamples};
-use glam::{Vec2, Vec4};
+use glam::Vec4;
 use std::cell::RefCell;
 use std::sync::Mutex;
 
@@ -160,14 +160,15 @@ impl Picture<'_> {
                         &geometry,
                         &film,
                         (number, batch),
-                        &|visit, block, lanes| {
+                        &|visit, hits| {
                             let mut looks = looks.borrow_mut();
                             self.make_look(&film, visit.id, visit.first, &mut looks);
-                            let (corner, key) = self.corner(tile, &pattern, batch, block);
-                            let met = |look| {
-                                self.shader.met(self.level, look, visit.triangle, (batch, corner), lanes, key)
+                            let Some(look) = looks.get(visit.id) else { return };
+                            let corner = |block: u16| from_center(pattern.corner(u32::from(block)));
+                            let key = |block: u16, lane: usize| {
+                                self.pixel_key(tile, &pattern, batch, u32::from(block))(lane)
                             };
-                            looks.get(visit.id).map_or(lanes, met)
+                            self.shader.meet(self.level, (look, visit.triangle), batch, hits, corner, key);
                         },
                     );
                     raster.keep(at);
@@ -216,18 +217,6 @@ impl Picture<'_> {
             });
         }
         (tally, steps.len())
-    }
-
-    /// The place of a block's corner from the tile's centre, and what names the pixel of each lane there.
-    fn corner<'b>(
-        &self,
-        tile: (u32, u32),
-        pattern: &'b Pattern,
-        batch: &'b Batch,
-        block: usize,
-    ) -> (Vec2, impl Fn(usize) -> u64 + use<'b>) {
-        let corner = pattern.corner(block as u32);
-        (from_center(corner), self.pixel_key(tile, pattern, batch, block as u32))
     }
 
     /// What names the pixel of each lane at a block.
