@@ -84,6 +84,28 @@ fn a_sharp_lamp_is_not_taken_for_chance() {
 }
 
 #[test]
+fn targets_hold_where_small_lamps_are_sharp() {
+    // Three pixels wide: what a few pixels of their rims miss is most of the error.
+    let lamps: String = (0..24)
+        .map(|i| {
+            let (x, y) = (0.13 * f64::from(i % 6) - 0.33, 0.17 * f64::from(i / 6) - 0.25);
+            let (x, y) = (x + 0.002 * f64::from(i), y + 0.0013 * f64::from(i));
+            rectangle([x, x + 0.019, y, y + 0.023], 1.98 + 0.01 * f64::from(i % 5))
+        })
+        .collect();
+    let scene = room("", &lamps, 14.0);
+    let truth = drawn(&scene, 99, Budget::Samples(16_384));
+    for target in [0.004, 0.016] {
+        let errors: Vec<f64> = (0..10)
+            .map(|seed| gap(&drawn(&scene, seed, Budget::MaxError(target)), &truth) / target)
+            .collect();
+        println!("{target}: {errors:.2?}");
+        assert!(errors.iter().all(|&error| error < 1.2), "{target}: {errors:?}");
+        assert!(errors.iter().filter(|&&error| error > 1.0).count() <= 5, "{target}: {errors:?}");
+    }
+}
+
+#[test]
 fn what_a_target_is_said_to_reach_does_not_hang_on_the_way_there() {
     let mut scene = room("", &rectangle([-0.3, 0.3, -0.2, 0.25], 0.0), 17.0);
     scene.render.budget = Budget::MaxError(0.01);

@@ -7,7 +7,7 @@
 //! meet the light, and a pixel that has the brightness `b` without it shows `min(1, b + k L / n)` for `min(1, b + m)`. Where the
 //! samples of a whole block should have met it several times, what they saw tells more.
 
-use super::clipped::expected_error;
+use super::clipped::{self, expected_error, missed_rim};
 use super::diffraction::Disk;
 use super::picture::Picture;
 use super::resolve::{ByBlock, Sum, block_place, places};
@@ -29,6 +29,9 @@ const ENOUGH: f64 = 2.0;
 /// Times that a light is expected to be met in a block before what is seen of it tells more ([`super::clipped`]): how much of it is
 /// not hidden, where, and what clipping hides.
 const SEVERAL: f64 = 8.0;
+
+/// Pixels' worth of a light at most that may reach into a block and not be met: its place is that of an ellipse of as large moments.
+const RIM: f64 = 8.0;
 
 /// Radiance, as shown, from which a small surface counts as a light: beyond what any picture shows.
 const BRIGHT: f32 = 2.0;
@@ -128,14 +131,14 @@ impl Highlights {
         Self { columns, lights }
     }
 
-    /// What the lights of a block of a tile, of which each of `pixels` has `n` samples, may add to it unseen; none where it has no
-    /// lights or its samples tell more.
     /// Whether there are no such lights.
     pub(super) fn are_none(&self) -> bool {
         self.lights.is_empty()
     }
 
-    fn unseen(&self, tile: (u32, u32), block: usize, n: u32, pixels: f64) -> Option<Unseen> {
+    /// What the lights of a block of a tile, of which each of `pixels` has `n` samples, may add to it unseen, and whether its samples
+    /// tell more; none where it has no lights.
+    fn of_block(&self, tile: (u32, u32), block: usize, n: u32, pixels: f64) -> Option<(Unseen, bool)> {
         let (x, y) = block_place(tile, block);
         let light = self.lights.get(y as usize * self.columns + x as usize);
         // Sums and differences leave a trace where there is nothing.
@@ -144,7 +147,7 @@ impl Highlights {
         let share = (light.share / covered).min(1.0);
         let hits = f64::from(n) * share;
         let is_seen = hits >= ENOUGH || hits * pixels * covered >= SEVERAL;
-        (n > 0 && !is_seen).then(|| Unseen { pixels: pixels * covered, share, mean: light.mean / covered })
+        (n > 0).then(|| (Unseen { pixels: pixels * covered, share, mean: light.mean / covered }, is_seen))
     }
 }
 
@@ -161,11 +164,12 @@ impl Picture<'_> {
     /// Whether geometry tells what a block errs by, and not what its samples saw.
     pub(super) fn is_unseen(&self, tile: (u32, u32), block: usize, n: u32) -> bool {
         let (x, y) = block_place(tile, block);
-        self.highlights.unseen(tile, block, n, f64::from(self.block_pixels(x, y))).is_some()
+        let light = self.highlights.of_block(tile, block, n, f64::from(self.block_pixels(x, y)));
+        light.is_some_and(|(_, is_seen)| !is_seen)
     }
 
     /// Raises the squared errors of the blocks with `samples`, each a sum over pixels and channels, to what unseen lights may
-    /// add. Tells which were raised.
+    /// add, or the rims of lights beside the block. Tells which were raised for unseen lights.
     pub(super) fn raise_unseen(
         &self,
         tile: (u32, u32),
@@ -181,16 +185,32 @@ impl Picture<'_> {
                 continue;
             }
             let pixels = f64::from(self.block_pixels(x, y));
-            let Some(light) = self.highlights.unseen(tile, block, n, pixels) else { continue };
+            let Some((light, is_seen)) = self.highlights.of_block(tile, block, n, pixels) else { continue };
+            // Where nothing is seen of a light that should be met often, its rim at most reaches into the block.
+            if is_seen && (light.pixels > RIM || self.shows_light(tile, block, sums, n)) {
+                continue;
+            }
             let room = DVec3::ONE - self.least(tile, block, sums, n).min(DVec3::ONE);
-            let of_channel = |i: usize| expected_error(n, light.share, light.mean[i], room[i]);
+            let of_channel = |i: usize| match is_seen {
+                false => expected_error(n, light.share, light.mean[i], room[i]),
+                true => missed_rim(n, light.mean[i] / light.share, room[i]),
+            };
             let expected = light.pixels * (of_channel(0) + of_channel(1) + of_channel(2));
             if expected > *error {
                 *error = expected;
-                raised |= 1 << block;
+                raised |= u16::from(!is_seen) << block;
             }
         }
         raised
+    }
+
+    /// Whether any pixel of a block shows more than white, or nearly: then its samples tell.
+    fn shows_light(&self, tile: (u32, u32), block: usize, sums: &[Sum], n: u32) -> bool {
+        let (columns, rows) = self.pixels_of(tile, block);
+        let most = places(columns, rows).filter_map(|at| sums.get(at)).fold(0.0, |most: f32, [a, b]| {
+            most.max((Vec3::from_array(*a) + Vec3::from_array(*b)).max_element())
+        });
+        most * self.gain / n as f32 >= 0.5 * clipped::BRIGHT
     }
 
     /// The least that any pixel of a block shows after `n` samples, channel by channel and not clamped: what is there without a
