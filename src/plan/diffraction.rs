@@ -1,7 +1,7 @@
 //! Whether diffraction can be seen: its first dark ring against the pixel, the smallest blur in view and the brightest light.
 
-use super::pixels;
 use super::seen::Seen;
+use super::{digits, pixels};
 use crate::scene::{EffectName, Scene};
 
 /// The first dark ring below this many pixels across is under the pixel's own filter: of a ring `D` pixels across, about
@@ -25,11 +25,12 @@ pub(super) fn reason(scene: &Scene, seen: &Seen, part: f64) -> (bool, String) {
     let ring = first_ring(scene);
     let blur = seen.blur.map_or(0.0, |blur| blur[1]);
     // What a light sends far is seen if it is only bright enough.
-    let light = brightest(scene, |material| seen.materials.get(material).is_some_and(|&is_seen| is_seen));
+    let light = brightest_seen(scene, seen);
     let (threshold, under) = (threshold(part, light), AIRY_OF_BLUR / light);
     let because = format!(
-        "first dark ring {ring:.3} px across, threshold {threshold:.3} px and {under:.3} of the smallest blur in view, {}, \
-         for light up to {light:.1}",
+        "first dark ring {ring:.3} px across, threshold {} px and {} of the smallest blur in view, {}, for light up to {light:.1}",
+        digits(threshold),
+        digits(under),
         pixels(blur)
     );
     (ring >= threshold && ring >= under * blur, because)
@@ -64,6 +65,11 @@ fn first_ring(scene: &Scene) -> f64 {
 /// The smallest ring that is seen with light of this brightness, pixels.
 fn threshold(part: f64, light: f64) -> f64 {
     part * AIRY_PX / light
+}
+
+/// The brightest light of their own that materials in view give, as shown; at least white.
+pub(super) fn brightest_seen(scene: &Scene, seen: &Seen) -> f64 {
+    brightest(scene, |material| seen.materials.get(material).is_some_and(|&is_seen| is_seen))
 }
 
 /// The brightest light of their own that materials of these numbers give, as shown; at least white.

@@ -174,11 +174,18 @@ fn reason(scene: &Scene, seen: &Seen, name: EffectName, scale: f64) -> (bool, bo
         )
     };
     let largest = seen.blur.map_or(0.0, |blur| blur[0]);
+    // Of a light so many times as bright as white so small a part makes a pixel white.
+    let light = diffraction::brightest_seen(scene, seen);
+    let by_light = |because: String| match light > 1.0 {
+        true => format!("{because} for light up to {light:.1}"),
+        false => because,
+    };
     match name {
         EffectName::Defocus if !asked => (false, false, "a pinhole".into()),
         EffectName::Defocus => {
-            let threshold = scale * BLUR_PX;
-            let because = format!("largest blur {}, threshold {threshold:.2} px", pixels(largest));
+            let threshold = scale * BLUR_PX / light;
+            let because =
+                by_light(format!("largest blur {}, threshold {} px", pixels(largest), digits(threshold)));
             let has_falloff = has_falloff_over_lens(scene, scale);
             let because = if has_falloff { because + ", and falloff shows the lens" } else { because };
             (true, largest >= threshold || has_falloff, because)
@@ -205,6 +212,9 @@ fn reason(scene: &Scene, seen: &Seen, name: EffectName, scale: f64) -> (bool, bo
         EffectName::Shadows => {
             (true, seen.triangles > 0, format!("{} triangles in view, threshold 1", seen.triangles))
         }
+        EffectName::SoftShadows if scene.render.effects.without.has(EffectName::Shadows) => {
+            (asked, false, "no shadows are drawn".into())
+        }
         EffectName::SoftShadows if !asked => (false, false, "sun.angular_diameter_deg = 0".into()),
         EffectName::SoftShadows => {
             let (width, threshold) = (penumbra(scene), scale * PENUMBRA_PX);
@@ -214,13 +224,17 @@ fn reason(scene: &Scene, seen: &Seen, name: EffectName, scale: f64) -> (bool, bo
         EffectName::ApertureShape => match scene.blades {
             None => (false, false, "no [camera.aperture] table: a disk".into()),
             Some(_) if !asked => (false, false, "a pinhole has no shape".into()),
+            Some(_) if scene.render.effects.without.has(EffectName::Defocus) => {
+                (asked, false, "without defocus the lens is a point".into())
+            }
             Some(blades) => {
-                let threshold = scale * SHAPE_PX;
-                let because = format!(
-                    "{} blades, largest blur {}, threshold {threshold:.2} px",
+                let threshold = scale * SHAPE_PX / light;
+                let because = by_light(format!(
+                    "{} blades, largest blur {}, threshold {} px",
                     blades.count,
-                    pixels(largest)
-                );
+                    pixels(largest),
+                    digits(threshold)
+                ));
                 let has_star = diffraction::is_in(scene, scale * scale, || seen);
                 let has_falloff = has_falloff_over_lens(scene, scale);
                 let because = match (has_star, has_falloff) {
@@ -248,7 +262,16 @@ fn reason(scene: &Scene, seen: &Seen, name: EffectName, scale: f64) -> (bool, bo
 }
 
 fn pixels(number: f64) -> String {
-    if number.is_finite() { format!("{number:.2} px") } else { "beyond measure".into() }
+    if number.is_finite() { format!("{} px", digits(number)) } else { "beyond measure".into() }
+}
+
+/// Two digits after the point, or as many as a small number needs to show two.
+fn digits(number: f64) -> String {
+    let places = match number {
+        number if (1e-9..0.1).contains(&number) => (1.0 - libm::floor(libm::log10(number))) as usize,
+        _ => 2,
+    };
+    format!("{number:.places$}")
 }
 
 /// The widest penumbra: the sun's disk over the longest way light can go between two surfaces, as large as the nearest
