@@ -114,9 +114,9 @@ pub(super) struct Slope<'a> {
 }
 
 impl<'a> Slope<'a> {
-    /// None where the surface is flat; without a sun one of which no sample receives light.
+    /// None where the surface is flat, or there is no sun: all that comes is the same everywhere then.
     fn new(shader: &Shader<'_>, look: &'a Look) -> Option<Self> {
-        let toward = shader.sun.map_or(Vec3::ZERO, |(toward, _)| toward);
+        let (toward, _) = shader.sun?;
         look.normal.as_ref().map(|normal| Self { normal, face: look.face, toward })
     }
 
