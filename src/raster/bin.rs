@@ -1,7 +1,11 @@
 //! Binning: the triangles that may be seen, nearest first, and which of them may touch which tile.
 //!
-//! In: vertices in the lens frame and triangles. Out: the candidates, those that touch the picture, in order, and for
-//! each tile its own ([`super::lists`]).
+//! In: vertices in the lens frame and triangles, from `render::picture`. Out: the candidates, those that touch the picture, in
+//! order ([`super::order`]), and for each tile its own ([`super::lists`]), sixteen at a time, for [`super::tile`].
+//!
+//! A triangle's pixels are the box around those of its corners ([`super::bounds`]), or of the corners that the frustum leaves it;
+//! from `x0..=x1`, `y0..=y1` it touches the tiles `x0 / 32..=x1 / 32`, `y0 / 32..=y1 / 32`. Its depth is the least `z` of its
+//! corners.
 
 use super::bounds::{Frustum, PixelBox, point_boxes};
 use super::lists::{Cursor, TileLists, Tiles};

@@ -1,5 +1,10 @@
 //! The film about one tile's centre, and the functions of planes through lens points there.
 //!
+//! In: a [`View`], a tile's column and row, and corners in the lens frame. Out: an edge's or a face's nine coefficients, for
+//! [`super::setup`] (of triangles) and `shade::look` (of surfaces). With `s = radius (u, v, 0)`, `p = p_0 + x dx + y dy` and
+//! `q_w = 1 + p.z / f` they are those of `1, u, v, x, xu, xv, y, yu, yv` in `q_w s.m - p.m + s.(d x p)`: of an edge from `a` to
+//! `b` `m = a x b` and `d = b - a`, of a face its normal and 0.
+//!
 //! What one edge or face needs is written once, for one number or for several side by side.
 
 use super::TILE;

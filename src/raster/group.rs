@@ -1,6 +1,8 @@
 //! Groups: the samples of a block of pixels, of up to four batches, that see the same surface.
 //!
-//! In: what each batch that was kept sees. Out: the groups, surface by surface, so that each surface is shaded in one go.
+//! In: what each batch that was kept sees ([`super::visibility`]). Out: the groups, surface by surface, so that each surface is
+//! shaded in one go (`shade::run`, `shade::shadowed`). A group is a block, an id, and the set of lanes that see it there,
+//! `{ lane : id(lane) = id }`; groups are counted for each id, and sorted by that.
 
 use super::view::Batch;
 use super::visibility::{NOTHING, REGION, Visibility};

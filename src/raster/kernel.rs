@@ -1,9 +1,13 @@
 //! The inner loop: one triangle for 16 samples at a time.
 //!
-//! In: the set-up of 16 triangles and a batch of 16 samples, which have a place in every block of the tile. Out:
-//! what is seen. Triangles behind all that is seen are passed over, 16 in one comparison. For each other, the edge
-//! functions are made for the 16 lens points; then [`super::regions`] draws block by block, or [`super::scatter`]
-//! lens point by lens point, whichever visits less.
+//! In: the set-up of 16 triangles ([`super::setup`]) and a batch of 16 samples, which have a place in every block of the tile.
+//! Out: what is seen ([`super::visibility`]). Triangles behind all that is seen are passed over, 16 in one comparison. For each
+//! other, the functions are made for the 16 lens points; then [`super::regions`] draws block by block, or [`super::scatter`] lens
+//! point by lens point, whichever visits less.
+//!
+//! Of the coefficients `e_1`, `e_u` and so on: `c = e_1 + u e_u + v e_v`, `cx = e_x + u e_xu + v e_xv`, `cy` likewise, and
+//! `c0 = c + jx cx + jy cy` with the sample's place `jx`, `jy` in its block. Edges are multiplied by the sign of `N.(v0 - s)`,
+//! and `D.N` is divided by it, which makes it `1/t`.
 //!
 //! One generic source for every SIMD level. Multiply and add stay apart: a fused product rounds
 //! differently, and the same bytes are wanted at every level.

@@ -1,8 +1,12 @@
 //! Which triangles may touch which tile, in order.
 //!
-//! A triangle is listed with each tile that it touches; where these are many it is listed with squares of
-//! 4 x 4 tiles instead, or of 16 x 16 and so on, so that a hundred thousand triangles over the whole film take a few
-//! entries each. A tile's triangles are its own list and those of the squares around it, merged by order.
+//! In: for each triangle, nearest first, the tiles that it touches, from [`super::bin`]. Out: for a tile the places of its
+//! triangles in that order, as many at a time as are asked for.
+//!
+//! A triangle is listed with each tile that it touches; where these are more than 16 it is listed with squares of 4 x 4 tiles
+//! instead, or of 16 x 16 and so on, so that a hundred thousand triangles over the whole film take a few entries each. A tile's
+//! triangles are its own list and those of the squares around it, `(x >> 2 k, y >> 2 k)` for `k` = 1, 2 and so on, merged by
+//! order.
 
 use rayon::prelude::*;
 

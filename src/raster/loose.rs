@@ -1,8 +1,8 @@
 //! Small triangles far out of focus: the lens points from which a tile sees them.
 //!
-//! In: a triangle's corners, and a tile's lens points. Out: the batches that have a lens point from which the
-//! triangle's image touches the tile. Sixty-four lens points see such a triangle in 64 places all over its disk of
-//! confusion, so most of the tiles under the disk see it from none, and need not set it up.
+//! In: a triangle's corners, and a tile's lens points. Out: the batches that have a lens point from which the triangle's image
+//! touches the tile; [`super::bin`] leaves out what has none. Sixty-four lens points see such a triangle in 64 places all over
+//! its disk of confusion, so most of the tiles under the disk see it from none, and need not set it up.
 //!
 //! A corner's image moves with the lens point: `x(s) = x(0) + (g.s) w(0) / w(s)`, `g = (dx - x(0) dw) / w(0)`, in the
 //! terms of [`super::bounds`]. So the images that touch a tile are those of lens points in a rectangle, which moves in

@@ -1,6 +1,9 @@
 //! The rasterizer: triangles and one family of projections in, visibility out. It knows nothing of
 //! scenes or light.
 //!
+//! Before it come `render::frame` and `render::picture` (camera and vertices in the lens frame) and `render::pattern` (samples); after
+//! it `shade`, to which `render::draw` hands what each tile sees.
+//!
 //! Stages, in the order data meets them:
 //!
 //! * [`view`]: the camera as plain numbers in the *lens frame* (`x` along `ex`, `y` along `ey`, `z` along
@@ -18,7 +21,7 @@
 //!   [`regions`] (block by block) or [`scatter`] (lens point by lens point).
 //! * [`visibility`]: what is seen.
 //! * [`group`]: the samples of a pixel that see the same.
-//! * [`tile`]: all triangles and samples of one tile; hands each batch of 16 to the shader.
+//! * [`tile`]: leads one tile's triangles, and its samples in batches of 16, from [`waiting`] to [`group`].
 //!
 //! # Edge functions
 //!

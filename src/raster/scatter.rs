@@ -1,5 +1,10 @@
 //! Coverage and depth of a small triangle, lens point by lens point: a patch of 4 x 4 blocks at a time.
 //!
+//! In: the triangle's functions for the 16 lens points ([`super::kernel`]), and its corners on the film. Out: depth and id where
+//! it is seen, in [`super::visibility`]. A lens point sees a corner at `x = X / W`, each `c_1 + u c_u + v c_v`, so its blocks are
+//! columns `(min x - jx + 16) / width` to `(max x - jx + 16) / width`, with a margin, `width` being a block's, and rows likewise.
+//! In these `c0 + x cx + y cy` decides, as in [`super::regions`].
+//!
 //! Out of focus, 16 lens points see a small triangle in 16 places. Drawn block by block all of the blocks
 //! between would be visited; drawn lens point by lens point only its own. The sums are the same in the same
 //! order, so the bits are those of [`super::regions`].

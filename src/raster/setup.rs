@@ -1,8 +1,13 @@
 //! Triangle set-up: edge functions and depth of 16 triangles about the centre of one tile.
 //!
-//! In: corners in the lens frame. Out: a [`Block`]. In double precision relative to the tile's centre, kept in
-//! single: the constants are then small wherever the sign is in doubt, and an edge's place is good to about 1e-5
-//! of a pixel.
+//! In: corners in the lens frame ([`super::waiting`]). Out: a [`Block`], for [`super::kernel`]: nine coefficients for each edge,
+//! of `e = q_w s.m - p.m + s.(d x p)`, `m = va x vb`, `d = vb - va` ([`super::film`]), and those of `D.N` and `N.(v0 - s)`, whose
+//! quotient is `1/t`, with `N = (v1 - v0) x (v2 - v0)`. Left out is what has an edge with `side e_1 + reach < 0`, `e_1` being its
+//! value at the centres of tile and lens, `reach` the most that its other eight coefficients add, and `side` the sign of
+//! `N.(v0 - s)`: it misses the whole tile, for every lens point.
+//!
+//! In double precision relative to the tile's centre, kept in single: the constants are then small wherever the sign is in doubt,
+//! and an edge's place is good to about 1e-5 of a pixel.
 
 use super::LANES;
 use super::film::{TileFilm, cross, minus, power_of_two_near};

@@ -1,8 +1,9 @@
 //! Triangles between the samples: where a tile has many more of them than samples, most meet none.
 //!
-//! In: corners of 16 triangles, and a tile's samples. Out: the triangles that a sample may meet. One that is smaller than the
-//! way from a sample to the next is looked for at each lens point, as [`super::scatter`] does; where none sees it it need not be
-//! set up, nor kept for each batch to come by. Which triangles these are is decided by the same numbers that place them for
+//! In: corners of 16 triangles ([`super::waiting`]), and a tile's samples. Out: the triangles that a sample may meet, for
+//! [`super::setup`]. One that is smaller than the way from a sample to the next (`width height density < 1`, `density` samples in
+//! a square pixel) is looked for at each lens point, as [`super::scatter`] does; where none sees it it need not be set up, nor
+//! kept for each batch to come by. Which triangles these are is decided by the same numbers that place them for
 //! [`super::scatter`], with the same margin: nothing that is seen is left out.
 
 use super::film::TileFilm;

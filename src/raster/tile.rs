@@ -1,7 +1,12 @@
-//! One tile: its triangles, nearest first, through every batch of samples to the shader.
+//! One tile: its triangles, nearest first, through every batch of samples.
 //!
-//! Triangles are set up 16 at a time, and only when a batch comes to them: what lies behind all that the batches
-//! see, nearest corner and all, is never touched.
+//! In: the tile and its batches, one by one, from `render::draw`; triangles from [`super::bin`]. Out: what each batch sees,
+//! sorted into groups. On the way lie [`super::waiting`], [`super::sift`], [`super::setup`], [`super::kernel`],
+//! [`super::visibility`] and [`super::group`].
+//!
+//! Triangles are set up 16 at a time, and only when a batch comes to them: what lies behind all that the batches see, nearest
+//! corner and all, is never touched. From the depth `z` on, `1/t` is at most `deepest / z`, `deepest` being the largest distance
+//! of the tile's samples from the plane of the lens: a batch is done where that is nowhere above its floor.
 
 use super::bin::{Bins, Candidate};
 use super::bounds::PixelBox;

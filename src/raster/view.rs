@@ -1,4 +1,9 @@
 //! The camera as the rasterizer sees it, and the set of samples of a tile.
+//!
+//! In: the camera from `render::frame`, samples from `render::pattern`. Out: [`View`] and [`Pattern`], plain numbers for all that
+//! follows. A sample with the lens point `s = radius (u, v, 0)` at `x`, `y` pixels of the picture is the ray `s + t (q_w s - p)`,
+//! where `p = film + x film_dx + y film_dy` and `q_w = 1 + p.z / f`. From `s` a point `X` is seen at
+//! `(x w, y w, w) = (C + u C_u + v C_v) (X, 1)`.
 
 use super::{LANES, TILE};
 use glam::{DVec3, DVec4, Vec2};

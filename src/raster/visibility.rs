@@ -1,4 +1,9 @@
 //! What is seen: depth and surface of 16 samples at each block of a tile.
+//!
+//! In: `1/t` and id of what samples see, from [`super::regions`] and [`super::scatter`]: the largest `1/t` yet, and of equal ones
+//! the first. Out: the ids, batch by batch, for [`super::group`]; for [`super::kernel`] and [`super::tile`] whether anything can
+//! still be seen. Lane by lane, `floor = min 1/t` over the 16 blocks of a region, or over the tile: a triangle whose `1/t` is
+//! nowhere above it is hidden.
 
 use super::{BATCHES, LANES, TILE};
 use fearless_simd::{Simd, SimdBase, f32x16};

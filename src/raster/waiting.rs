@@ -1,4 +1,8 @@
 //! Candidates of one tile that wait to be set up, at most sixteen.
+//!
+//! In: candidates, nearest first, with their pixel boxes and the batches that may see them, from [`super::bin`]. Out: those that
+//! [`super::tile`] wants and [`super::sift`] leaves, in the same order, and their corners side by side, for [`super::setup`]. No
+//! formula: numbers are only moved.
 
 use super::LANES;
 use super::bin::Candidate;

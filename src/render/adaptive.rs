@@ -1,6 +1,11 @@
 //! Samples where they help most: rounds of all tiles, each of which gives blocks of pixels the runs of samples that take
 //! most from the picture's error, until an error is reached or time is up.
 //!
+//! In: a [`Picture`], and an error, a time, or numbers of samples. Out: the exposure ([`super::finish`]). First [`super::pilot`]
+//! and [`super::base`], then rounds of [`super::allocate`] and [`super::progressive`] until
+//! `e (1 + u) <= 3 width height error^2`, where `e` is the sum of squared errors and `u` the part of it that is uncertain; or
+//! until the clock says so.
+//!
 //! What a block shows depends on its number of samples alone, so a list of these numbers makes the picture again.
 
 use super::allocate::{self, Block, Forecast, Goal, TileBlocks, USUAL_FALL, allocate, fall};

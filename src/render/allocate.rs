@@ -1,4 +1,5 @@
-//! Which blocks of a picture get more samples: those whose next sample takes most from the error for its price.
+//! Which blocks of a picture get more samples: those whose next sample takes most from the error for its price. In: each block's
+//! samples, error and cost, and the error or the work to aim at. Out: the number of samples of each, for [`super::adaptive`].
 //!
 //! A block's squared error is taken to fall as `n^-fall`. Then the sum of errors is least for a given amount of work
 //! where `n` is proportional to `(v / (pixels cost))^(1 / (1 + fall))`, `v` being the block's squared error at one sample and

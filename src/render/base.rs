@@ -1,5 +1,8 @@
-//! How many samples all pixels of a picture should get at once, before rounds give more where they help: what some tiles
-//! show after their first run in, a number out.
+//! How many samples all pixels of a picture should get at once, before rounds give more where they help: what some tiles show
+//! after their first run in ([`super::pilot`]), a number out, for [`super::adaptive`].
+//!
+//! For an error it is the one with the least `work + 1.5 (work of the samples that allocate adds) + 3 (work of a round)` of those
+//! that need at most 1.25 times the fewest samples; for a time, the one with the least error by what [`super::allocate`] adds.
 
 use super::allocate::{Block, Goal, Levels, TileBlocks, spread};
 use crate::sampling::runs::{self, Run};

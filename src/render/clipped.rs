@@ -1,4 +1,5 @@
-//! Light that is clipped at white, where few samples of a pixel meet it: what chance makes of such pixels.
+//! Light that is clipped at white, where few samples of a pixel meet it: what chance makes of such pixels. In: both halves of the
+//! samples of a block's pixels, brightened and not clipped, from [`super::resolve`]. Out: the squared error of each pixel.
 //!
 //! A picture shows no more than white, and nor does either half of its samples. Where one sample of a lamp is enough to make a
 //! pixel white, the halves agree wherever both met the lamp or both missed it, and their difference says too little: along the rim

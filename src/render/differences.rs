@@ -1,4 +1,6 @@
-//! What the two halves of the samples of a block's pixels differ by. In: the sums of a tile. Out: a number for a block.
+//! What the two halves of the samples of a block's pixels differ by. In: the sums of a tile. Out: a number for a block, for
+//! [`super::resolve`]: `sum (min(1, max(0, g_e even)) - min(1, max(0, g_o odd)))^2` over pixels and channels, `g_e` and `g_o`
+//! being what makes the sum of either half what it shows; and whether any shows so much that [`super::clipped`] is to be asked.
 
 use super::clipped;
 use crate::picture::BLOCK;

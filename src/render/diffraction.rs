@@ -1,5 +1,8 @@
 //! Diffraction in a picture: the samples of a tile in, the same with their film points displaced out.
 //!
+//! From [`super::pattern`] to [`super::draw`]: `(x, y) + M k`, where `k` is a frequency drawn from the aperture's pattern
+//! (`sampling::Diffraction`) and `M` says how many pixels a frequency of 1 goes, at the tile's centre.
+//!
 //! A displaced film point is a place in a batch outside of its own pixel, so nothing else draws differently: boxes are
 //! widened by what samples may be displaced. Most go less than a ring and few go fifty, so samples are sorted by how far they
 //! go, and batches of three classes have boxes of their own.

@@ -1,4 +1,9 @@
 //! One tile: its samples through the rasterizer, grouped by what they see, shaded and summed.
+//!
+//! In: a tile, the runs of samples that it is to get and in which regions, and its sums so far. Out: the sums with these samples,
+//! `sum += light` for the even and for the odd ones of each pixel, for [`super::resolve`]. Run by run: [`super::pattern`],
+//! [`super::diffraction`], `raster::tile` for each batch, `raster::group` for up to four at once, [`super::looks`], and
+//! `shade::run` or `shade::shadowed`. The callers are [`super::uniform`] and [`super::tile_round`].
 
 use super::looks::Looks;
 use super::pattern::{Splits, pattern};

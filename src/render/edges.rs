@@ -1,4 +1,5 @@
-//! What an edge along rows or columns of pixels may hide. In: the sums of a tile. Out: for each block at least so much squared error.
+//! What an edge along rows or columns of pixels may hide. In: the sums of a tile. Out: for each block at least so much squared
+//! error, for [`super::tile_round`] and [`super::finish`].
 //!
 //! All pixels of a tile share their places within a pixel and on the lens. Along an edge that runs as pixels do they therefore err
 //! alike, and where the two halves of the samples happen to agree the whole row seems to be right: a block's stated error is one

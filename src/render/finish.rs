@@ -1,4 +1,8 @@
 //! The end of a picture that was drawn in rounds: sums in, the picture and its stated error out.
+//!
+//! From [`super::progressive`]. Block by block `mean = (even + odd) / n` ([`super::kept`]), and the error
+//! `max(found, share hidden)` as in [`super::tile_round`], now by the edges of the whole picture, raised to what
+//! [`super::highlights`] says; stated is `sqrt(sum of squared errors / (3 width height))`.
 
 use super::edges;
 use super::kept::{self, AREA};

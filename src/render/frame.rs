@@ -1,4 +1,8 @@
 //! From optics to the rasterizer's numbers: the lens frame, the view and the falloff of light.
+//!
+//! In: [`Optics`], and the picture's size. Out: the [`View`] (`raster::view`), and points and directions of the world in the lens
+//! frame, for [`super::picture`]: `(ex.P, ey.P, axis.P)`, with `P` from the lens's centre, along the rail's axes. The projection
+//! through a lens point, affine in it, goes from -1..1 to pixels: `((x + w) width / 2, (w - y) height / 2, w)`.
 
 use crate::optics::Optics;
 use crate::raster::view::View;

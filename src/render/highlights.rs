@@ -1,4 +1,6 @@
-//! Lights so small and bright that few samples, or none, meet them: what they may add to a picture that has not seen them.
+//! Lights so small and bright that few samples, or none, meet them: what they may add to a picture that has not seen them. In:
+//! the bright triangles of a scene and where they are seen; then the errors of a tile's blocks ([`super::resolve`]). Out: these,
+//! raised.
 //!
 //! Two halves of the samples that both miss a light agree, and say that nothing is wrong: false convergence. But geometry
 //! knows where the light can be seen. A light of `a` square pixels and radiance `L`, spread over `D`, is met by a share

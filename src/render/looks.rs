@@ -1,4 +1,8 @@
 //! The looks of the surfaces that a tile sees, each made once, when first asked for.
+//!
+//! In: surfaces by their number in the tile, with one triangle of each (`raster::tile`), from [`super::draw`]. Out: a [`Look`]
+//! for each. The formula is that of `shade::look`; here are found the triangle that stands for the surface, and its edge
+//! functions (`raster::film`).
 
 use super::picture::{Picture, patch};
 use crate::raster::film::TileFilm;

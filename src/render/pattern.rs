@@ -1,5 +1,9 @@
 //! The samples of a tile, sorted into batches of 16 that lie close together on the lens and in the pixel.
 //!
+//! In: a tile, and a run of the sequence of samples (`sampling`). Out: a [`Pattern`] (`raster::view`), for [`super::draw`], or
+//! first for [`super::diffraction`]. A sample's cluster is the number with the binary digits `floor(2^k c) mod 2`, `k` = 1, 2 and
+//! so on, of its four coordinates `c` in turn; every 16 of a cluster are a batch.
+//!
 //! Samples are split in turn by place on the lens (a, then b) and in the pixel (x, then y):
 //! elementary intervals of the four-dimensional sequence, of which each holds the same number of points
 //! (Sobol's has quality t = 3 in four dimensions, so any interval of 8 points' volume holds 8). A batch is

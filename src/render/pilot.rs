@@ -1,4 +1,8 @@
 //! The pilot: tiles all over the picture that are drawn first, to see how long it takes and where its error is.
+//!
+//! In: one tile in how many, and a number of samples. Out: what the blocks of these tiles are then, for [`super::base`] and
+//! [`super::allocate`]. Tile `(x, y)` is one of them where `x + y shift` is a multiple of `stride`, `shift` being about
+//! `0.382 stride`.
 
 use super::Execution;
 use super::allocate::{self, Block, TileBlocks};

@@ -1,5 +1,8 @@
 //! A picture as far as it is, and the rounds that take it on: each gives blocks of pixels more samples.
 //!
+//! In: how many samples each block is to have, from [`super::adaptive`]. Out: sums ([`super::kept`]), and each block's samples
+//! and squared error, for the next round or [`super::finish`]. No formula of its own: [`super::tile_round`] draws the tiles.
+//!
 //! What a block shows depends on its number of samples alone, so a list of these numbers makes the picture again.
 
 use super::allocate::{Block, Forecast};

@@ -1,4 +1,10 @@
 //! From sums to a picture: means out, and what the two halves of the samples say of their error.
+//!
+//! In: the sums of even and odd samples of a tile's pixels ([`super::draw`]). Out: `mean = (even + odd) / n`; and for each block
+//! the squared error, summed over its pixels and channels, `(n_e n_o / n^2) sum (shown(even / n_e) - shown(odd / n_o))^2`, where
+//! `shown` brightens and clips to 0..1 ([`super::differences`]). Where light is clipped [`super::clipped`] tells more;
+//! [`super::highlights`] and, in rounds, [`super::edges`] raise what is found. [`super::uniform`] and [`super::finish`] take it
+//! from here.
 
 use super::clipped::{self, Halves};
 use super::differences::{NUMBERS, differences};

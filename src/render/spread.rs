@@ -1,5 +1,8 @@
 //! Over which blocks of the picture the light of a small surface is spread. In: a region of the picture, an ellipse. Out: the
-//! part of each block that it covers.
+//! part of each block that it covers, for [`super::highlights`].
+//!
+//! Of an ellipse with the half-axes `M` the moments `M M^T` add where one spread follows another; at `y` from its middle it is
+//! covered from `m - h` to `m + h`, `m = y M_xy / M_yy`, `h = sqrt(det / M_yy (1 - y^2 / M_yy))`, of the matrix `M M^T`.
 
 use crate::picture::BLOCK;
 use glam::{DMat2, DVec2};

@@ -1,5 +1,8 @@
 //! One tile in a round: how many samples its blocks have and are to have in, the runs that lead there drawn, and what that
 //! makes of their errors.
+//!
+//! From [`super::progressive`], and back: `error = max(found, share hidden)`, by [`super::resolve`] and [`super::edges`], raised
+//! to what [`super::highlights`] says; the runs are drawn by [`super::draw`].
 
 use super::Execution;
 use super::allocate::{Block, Forecast, TileBlocks, cost};

@@ -1,4 +1,8 @@
 //! The same number of samples for every pixel: tile by tile, each drawn once and resolved at once.
+//!
+//! In: a [`Picture`] and a number of samples. Out: the exposure: means and, of two samples or more, the stated error
+//! `sqrt(sum of squared errors / (3 width height))`. Each tile goes through [`super::draw`], [`super::resolve`] and
+//! [`super::highlights`].
 
 use super::draw::{Borrowed, Step, TILES_AT_ONCE};
 use super::pattern::Splits;

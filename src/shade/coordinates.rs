@@ -1,4 +1,9 @@
 //! Texture coordinates of 16 samples as functions of place: where they look, and what a pixel spans there.
+//!
+//! In: the functions `S`, `T` and `W` of a surface ([`super::look`]), lens points and places. Out: `s = S / W` and `t = T / W`,
+//! repeats of the texture from its anchor, for [`super::gather`]; the shorter side of the pixel's footprint, squared, for
+//! [`super::filter`]: the lesser of `s_x^2 + t_x^2` and `s_y^2 + t_y^2` in texels, where `s_x = (S_x - s W_x) / W`; and how far a
+//! group's samples look, for [`super::texels`]: the sum of `|s_i| range_i` over `u`, `v`, `x` and `y`.
 
 use super::filter::FARTHEST;
 use super::look::Bilinear4;

@@ -1,7 +1,10 @@
 //! Holes and coverage: which of a batch's samples in a region meet a surface that may let them through.
 //!
-//! A sample passes where the filtered alpha of `map_Kd` or `map_d` is below a half, and by chance where the
-//! material's coverage is below 1: each surface decides by itself, each sample for itself.
+//! In: samples that meet a surface, from `raster::regions` by way of `render::draw`, and its look. Out: the same, without those
+//! that pass. Where these look comes from [`super::coordinates`], the level from [`super::filter`], alpha from [`super::gather`].
+//!
+//! A sample passes where the filtered alpha of `map_Kd` or `map_d` is below a half, and by chance where the material's coverage
+//! is below 1 (`chance(pixel, triangle, sample) >= coverage`): each surface decides by itself, each sample for itself.
 
 use super::Shader;
 use super::coordinates::Coordinates;

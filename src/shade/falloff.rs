@@ -1,5 +1,5 @@
 //! Falloff: which part of the light arrives along each ray. In: a group of samples. Out: the mean over its even and over its odd
-//! samples of `cos(lens) cos(film) / r^2`, relative to the ray from the lens centre to the film's centre.
+//! samples of `cos(lens) cos(film) / r^2`, relative to the ray from the lens centre to the film's centre, for [`super::samples`].
 //!
 //! Sample by sample, for a group may see through the whole lens: the weight of its mean place is another than its mean weight, at
 //! f/2.8 by 3 %.

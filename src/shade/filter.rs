@@ -1,5 +1,10 @@
 //! Texture look-up: which level, and how it is read.
 //!
+//! In: the shorter side of a pixel's footprint, `d` texels of the finest level ([`super::coordinates`]). Out: the level to read,
+//! and how a place in it becomes a texel, for [`super::gather`] and [`super::bilinear`]; for a single place, its colour. Colours
+//! come from level `round(log2(d / 4))`, alpha from level `floor(log2(d / 4))`, not below 0; the texel is
+//! `floor(start + size s + part)`, modulo `size`, where the anchor lies at `start + part`.
+//!
 //! Texture coordinates run right and down here, in repeats of the texture, from an [`Anchor`] near the tile: what
 //! is left is small, and single precision places it to a hundred-thousandth of a texel.
 

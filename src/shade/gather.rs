@@ -1,8 +1,13 @@
-//! Texture look-ups for up to 16 samples of one pixel that see one surface: places in, summed colours out.
+//! Texture look-ups for up to 16 samples at a time that see one surface: places in, summed colours out.
 //!
-//! Places are computed for all 16 at once; the texels are fetched one by one and summed in whole numbers. One
-//! generic source for every SIMD level, product and sum apart, so the same bits. (In WebAssembly the look-ups are functions
-//! by themselves: with everything in one, the build took more than ten minutes.)
+//! In: places, from [`super::texels`] and [`super::shadowed`], and a level and how to read it ([`super::filter`]). Out:
+//! `sum texel` over the even and over the odd samples of a group and, where the light differs between them, `sum texel light`;
+//! for [`super::cutout`] which are holes. A texel is that of column `floor(start + size s + part)`, modulo `size`, and its row,
+//! or lies between four ([`super::bilinear`]).
+//!
+//! Places are computed for all 16 at once; the texels are fetched one by one, and those of one group, where none are
+//! interpolated, summed in whole numbers. One generic source for every SIMD level, product and sum apart, so the same bits. (In
+//! WebAssembly the look-ups are functions by themselves: with everything in one, the build took more than ten minutes.)
 
 use super::bilinear::{Around, Between};
 use super::filter::{Choice, Side};

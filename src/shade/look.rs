@@ -1,5 +1,10 @@
-//! One triangle in one tile, ready to shade: texture coordinates and normal as bilinear functions of lens
-//! point and place, like the edge functions that they are sums of.
+//! One surface in one tile, ready to shade: texture coordinates and normal as bilinear functions of lens point and place, like
+//! the edge functions that they are sums of.
+//!
+//! In: the corners of the triangle that stands for the surface, with what they have ([`LookParts`], from `render::looks`), and
+//! its edge functions `e_i` (`raster::film`). Out: a [`Look`], for [`super::run`], [`super::shadowed`] and [`super::cutout`].
+//! What is `a_i` at corner `i`, opposite to edge `i`, is `(sum a_i e_i) / (sum e_i)` between them: kept are the nine coefficients
+//! of `sum a_i e_i`, and for texture coordinates of `sum e_i`.
 
 use super::filter::Anchor;
 use super::sun::SurfacePlane;

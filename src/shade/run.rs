@@ -1,5 +1,9 @@
 //! Shading: a run of groups of samples that see one surface in one tile in, light added to their pixels out.
 //!
+//! Groups come from `raster::group`, by way of `render::draw`; the light of each goes to [`super::samples`], of its even and of
+//! its odd samples: of `k` samples `k Ke + Kd (ambient sum texel + sun sum(texel max(0, n.l)))`, with 1 for a texel where there
+//! is no texture, and of the sky `k (horizon + (zenith - horizon) max(0, up.d))`, `d` being the ray's unit vector.
+//!
 //! Sixteen groups at a time. Of a flat surface all samples of a group receive one light, that of the side which is seen from its
 //! mean place; where normals are interpolated each sample has its own ([`Slope`]). What samples read from the texture comes
 //! from [`super::texels`]. One generic source for every SIMD level, product and sum apart, so the same bits.

@@ -1,5 +1,10 @@
 //! The samples of up to four batches in one tile, as shading takes them: the rays of the tile, where groups of samples lie,
 //! and which pixels they belong to.
+//!
+//! In: batches (`raster::view`), groups of them (`raster::group`), and at the end each group's light ([`super::run`],
+//! [`super::shadowed`]). Out: a group's place, the mean of its samples' `u, v, x, y`; film points `p = p_0 + x dx + y dy` and
+//! directions `q_w s - p`; and `sum += light falloff`, for the even and for the odd samples of a group's pixel, which
+//! `render::resolve` takes up.
 
 use super::Falloff;
 use crate::raster::group::Group;

@@ -2,6 +2,9 @@
 //!
 //! As [`super::run`], but the sun's light is weighed sample by sample: each has a ray of its own to the sun, or to a
 //! point of its own of the sun's disk, with the normal where it starts, and its texel counts by what arrives along it.
+//!
+//! The ray starts at `s + t (q_w s - p)`, `1/t = D.N / N.(v0 - s)`, and [`super::sun`] tells whether it arrives. Of `k` samples
+//! the light is `k Ke + Kd (ambient sum texel + sun sum(texel max(0, n.l) visible))`; [`super::samples`] adds it.
 
 use super::look::Look;
 use super::run::{facing, rise};

@@ -1,10 +1,13 @@
-//! What the sun sees: rays toward it in, which of them a surface crosses out. Exact: every ray meets every triangle
-//! that its nodes' boxes let through, and edges are tested as the rasterizer does it: two triangles that share one
-//! cannot both miss a ray between them.
+//! What the sun sees: rays toward it in, which of them a surface crosses out. Exact: every ray meets every triangle that its
+//! nodes' boxes let through, and edges are tested as the rasterizer does it: two triangles that share one cannot both miss a ray
+//! between them. [`super::sun`] asks, and says of each triangle whether it stops what crosses it.
 //!
 //! The *sun frame* has its origin at the lens centre and `z` toward the sun's centre. A ray is a place and two slopes,
 //! `x` and `y` for each metre of `z`; where the sun is a point both are 0, and nothing but comparisons is left of the
 //! boxes' test. Sixteen rays go down the tree together.
+//!
+//! From the ray's start, and sheared so that it runs along `z`, a triangle's corners are `a`, `b`, `c`. It is crossed where
+//! `u = b_x c_y - b_y c_x`, `v` of `c`, `a` and `w` of `a`, `b` have one sign, and `(u a_z + v b_z + w c_z) / (u + v + w) > 0`.
 
 use crate::raster::LANES;
 use crate::scene::{DEPTH, Hierarchy, Surfaces};

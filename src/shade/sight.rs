@@ -1,5 +1,8 @@
 //! What stands between a light and the lens: a place in, the part of its light that arrives out.
 //!
+//! For `render::highlights`: the mean, over 16 rays to points of the lens, of the product of `1 - coverage` of all surfaces that
+//! a ray crosses ([`super::shadows`]); those with holes let all pass.
+//!
 //! For what is said of lights that no sample has met ([`crate::render`]), not for pictures: sixteen rays, in single precision.
 
 use super::shadows::{Occluders, SunRays, Weights};

@@ -1,4 +1,10 @@
 //! The sun of one picture: its frame, its disk, and what stands before it as one surface sees it.
+//!
+//! In: rays to the sun from places of one surface, of [`super::shadowed`]. Out: which of them it does not reach. What they cross
+//! comes from [`super::shadows`]; nothing is stopped by the lit surface itself, by what does not reach beyond its plane, where
+//! alpha is below a half, or, by chance, where coverage is below 1. A point of the unit square, mapped to the disk at the
+//! distance `r` from its middle, is the direction with `cos = 1 - r^2 (1 - cos a)` from the sun's centre, `a` being the sun's
+//! angular radius.
 
 use super::filter::Choice;
 use super::shadows::{Occluders, SunRays, Weights};

@@ -1,5 +1,8 @@
 //! What up to 16 groups of samples that see one surface read from its texture: groups in, the sums of their colours out.
 //!
+//! For [`super::run`], and in part for [`super::shadowed`]: over the even and over the odd samples of a group `sum texel(s, t)`,
+//! or `k texel(s, t)` of `k` samples where one look-up is shared.
+//!
 //! The pixel's footprint is computed at each group's mean place. Where the texture is smooth as far as a group's samples
 //! look, one look-up at their mean place stands for all of them. Elsewhere each sample looks for itself
 //! ([`gather`]): samples of small groups side by side ([`super::packed`]), those of groups that are nearly full by themselves.
