@@ -9,8 +9,9 @@ use common::scenes::{Random, Setting, camera, scene, yard};
 use glam::DVec3;
 use groundglass::Exposure;
 use groundglass::plan::RenderPlan;
+use groundglass::quantity::{Angle, Length};
 use groundglass::render::{Execution, render};
-use groundglass::scene::{EffectChoice, EffectName, Scene};
+use groundglass::scene::{Blades, Budget, EffectChoice, EffectName, Scene};
 use program::{CAMERA, SMALL, folder, run};
 
 fn at(f_number: f64, seed: u64, tilt: f64) -> Scene {
@@ -25,23 +26,120 @@ fn draw(scene: &Scene) -> Exposure {
     render(scene, Execution::default()).unwrap().0
 }
 
-#[test]
-fn what_is_left_out_changes_the_picture_by_no_more_than_is_stated() {
-    let mut dropped = 0;
-    for seed in 0..20u64 {
-        // From much too small a blur to one just under the threshold.
-        let mut scene = at(400.0 + 700.0 * (seed % 5) as f64, seed, (seed % 3) as f64);
-        scene.render.falloff = seed % 2 == 0;
-        let plan = RenderPlan::new(&scene);
-        dropped += u32::from(!plan.active().has(EffectName::Defocus));
+/// The RMS difference of pictures with and without the plan that infinitely many samples would give: products of the differences
+/// of two independent pairs have no chance in them on the mean.
+fn change(scene: &Scene) -> f64 {
+    let differences = [0, 1].map(|seed| {
+        let mut scene = scene.clone();
+        scene.render.seed += 1000 * seed;
         let planned = draw(&scene);
         scene.render.effects.all = true;
-        assert!(RenderPlan::new(&scene).active().has(EffectName::Defocus));
-        let change = gap(&planned, &draw(&scene));
-        println!("scene {seed}: {:?}, change {change:.5}", plan.active());
-        assert!(change <= plan.tolerance(), "scene {seed}: {change}");
+        let whole = draw(&scene);
+        let places = (0..planned.height()).flat_map(|y| (0..planned.width()).map(move |x| (x, y)));
+        let values = places.flat_map(|(x, y)| planned.pixel(x, y).into_iter().zip(whole.pixel(x, y)));
+        values.map(|(a, b)| f64::from(a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0))).collect::<Vec<_>>()
+    });
+    let [first, second] = &differences;
+    let products = first.iter().zip(second).map(|(a, b)| a * b);
+    (products.sum::<f64>() / first.len() as f64).max(0.0).sqrt()
+}
+
+/// A scene in which this effect is asked for, the smaller the larger `step` is.
+fn with_small(effect: EffectName, step: i32, seed: u64) -> Scene {
+    let size = libm::exp2(f64::from(step) / 2.0);
+    let mut scene = match effect {
+        EffectName::Falloff => {
+            let setting =
+                Setting { front: [1.0, 0.0], rear: [0.0, 0.0], f_number: 64.0, stretch: 1.03, rise: 0.0 };
+            let mut camera = camera(DVec3::new(0.3, 1.2, 2.5), DVec3::new(0.0, 0.9, -3.0), 150.0, setting);
+            camera.film.width = Length::metres(camera.film.width.as_metres() / size);
+            camera.film.height = Length::metres(camera.film.height.as_metres() / size);
+            let mut surfaces = yard(&mut Random(seed), 60);
+            surfaces.find_patches();
+            scene(&camera, surfaces, 96, 64)
+        }
+        EffectName::Defocus | EffectName::ApertureShape => at(2.8 * size, seed, (seed % 3) as f64),
+        EffectName::Diffraction => at((250.0 / size).max(1.5), seed, 1.0),
+        _ => at(8.0, seed, 1.0),
+    };
+    if seed.is_multiple_of(2) {
+        // A lamp, so that clipping has its say.
+        scene.surfaces.materials[3].emission = [12.0, 9.0, 5.0];
     }
-    assert!(dropped >= 10, "{dropped} of 20 scenes without defocus test too little");
+    match effect {
+        EffectName::Falloff => scene.render.falloff = true,
+        EffectName::Diffraction => scene.render.diffraction = true,
+        EffectName::ApertureShape => {
+            scene.blades = Some(Blades { count: 3 + seed as u32 % 4, rotation: Angle::degrees(7.0) })
+        }
+        EffectName::SoftShadows => {
+            scene.surfaces.build_hierarchy();
+            let sun = scene.sun.as_mut().unwrap();
+            (sun.shadows, sun.angular_diameter) = (true, Angle::degrees(20.0 / size));
+        }
+        _ => {}
+    }
+    scene
+}
+
+#[test]
+fn what_is_left_out_changes_the_picture_by_no_more_than_is_stated() {
+    use EffectName::{ApertureShape, Defocus, Diffraction, Falloff, SoftShadows};
+    for effect in [Defocus, ApertureShape, SoftShadows, Falloff, Diffraction] {
+        for seed in 0..4u64 {
+            // The largest that is left out.
+            let small = (0..60).map(|step| with_small(effect, step, seed));
+            let scene = small.into_iter().find(|scene| !RenderPlan::new(scene).active().has(effect)).unwrap();
+            let plan = RenderPlan::new(&scene);
+            let (_, counts) = render(&scene, Execution::default()).unwrap();
+            assert!(counts.left_out.has(effect), "{effect} is drawn, though the plan leaves it out");
+            let change = change(&scene);
+            println!("{effect}, scene {seed}: {:?}, change {change:.5}", plan.active());
+            assert!(change <= plan.tolerance(), "{effect}, scene {seed}: {change}");
+            let mut all = scene;
+            all.render.effects.all = true;
+            assert!(RenderPlan::new(&all).active().has(effect));
+        }
+    }
+}
+
+#[test]
+fn what_is_drawn_is_what_the_plan_says() {
+    use EffectName::{ApertureShape, Defocus, Diffraction, Falloff, SoftShadows};
+    let of = |scene: &Scene| {
+        let (plan, (_, counts)) = (RenderPlan::new(scene), render(scene, Execution::default()).unwrap());
+        for name in [Defocus, ApertureShape, SoftShadows, Falloff, Diffraction] {
+            assert!(!(plan.active().has(name) && counts.left_out.has(name)), "{name}: {:?}", plan.effects());
+            // Never dropped without a word.
+            let effect = plan.effects().iter().find(|effect| effect.effect == name.name()).unwrap();
+            let is_dropped = !effect.active && !effect.because.contains("--without") && asked(scene, name);
+            assert_eq!(is_dropped, counts.left_out.has(name), "{effect:?}");
+        }
+    };
+    for seed in 0..2 {
+        for effect in [Defocus, ApertureShape, SoftShadows, Falloff, Diffraction] {
+            for step in (0..40).step_by(3) {
+                let mut scene = with_small(effect, step, seed);
+                (scene.render.width, scene.render.height) = (20, 16);
+                scene.render.budget = Budget::Samples(1);
+                of(&scene);
+                scene.render.effects.without = [EffectName::Shadows, Defocus].into_iter().collect();
+                of(&scene);
+            }
+        }
+    }
+}
+
+fn asked(scene: &Scene, name: EffectName) -> bool {
+    match name {
+        EffectName::ApertureShape => scene.blades.is_some(),
+        EffectName::SoftShadows => {
+            scene.sun.as_ref().is_some_and(|sun| sun.shadows && sun.angular_diameter.as_degrees() > 0.0)
+        }
+        EffectName::Falloff => scene.render.falloff,
+        EffectName::Diffraction => scene.render.diffraction,
+        _ => true,
+    }
 }
 
 #[test]
@@ -117,5 +215,11 @@ fn explain_tells_every_effect() {
     run(&folder, &["explain", "scene.toml", "--with", "shadows"]).expect(64, &["[sun]"]);
     run(&folder, &["explain", "scene.toml", "--with", "holes", "--without", "holes"])
         .expect(64, &["--without"]);
+    run(&folder, &["explain", "scene.toml", "--with", "soft-shadows", "--without", "shadows"])
+        .expect(64, &["--without shadows"]);
+    let small =
+        run(&folder, &["explain", "scene.toml", "--json", "--max-error", "0.001"]).expect(0, &[]).json();
+    assert_eq!(small["tolerance_rms"], 0.0005);
+    run(&folder, &["explain", "scene.toml", "--max-error", "0"]).expect(64, &["positive"]);
     run(&folder, &["explain", "nothing.toml"]).expect(2, &["nothing.toml"]);
 }

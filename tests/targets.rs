@@ -316,7 +316,7 @@ fn on_the_command_line() {
     assert!(std::fs::read(folder.join("f.png")).unwrap() == std::fs::read(folder.join("g.png")).unwrap());
     assert_eq!(stats()["asked"]["max_error"].as_f64(), Some(0.004));
     run(folder, &words(&["-o", "g.png", "--replay", "flags.json", "--with", "falloff"]))
-        .expect(2, &["another scene"]);
+        .expect(64, &["--all-effects", "--with falloff"]);
     // The same from the scene's own keys.
     std::fs::write(folder.join("keys.toml"), text.replace("[render]", "[render]\nmax_error = 0.01")).unwrap();
     run(folder, &["render", "keys.toml", "-o", "k.png"]).expect(0, &[]);
@@ -330,6 +330,8 @@ fn on_the_command_line() {
         run(folder, &[&["render", "scene.toml", "-o", "d.png"][..], &wrong].concat()).expect(64, &[wrong[0]]);
     }
     run(folder, &words(&["--max-error", "0.1", "--time-budget", "1s"])).expect(64, &["cannot be used with"]);
+    run(folder, &words(&["-o", "d.png", "--samples", "1", "--error-map", "e.png"]))
+        .expect(64, &["2 samples"]);
     run(folder, &words(&["-o", "s.json"])).expect(64, &["ends in .png"]);
     run(folder, &words(&["-o", "a.exr", "--error-map", "a.exr"])).expect(64, &["--error-map", "one file"]);
     assert!(!folder.join("d.png").exists());

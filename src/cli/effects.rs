@@ -2,7 +2,8 @@
 
 use groundglass::Angle;
 use groundglass::error::{Error, ErrorKind, Result};
-use groundglass::scene::{EffectChoice, EffectName, Scene};
+use groundglass::scene::{EffectChoice, EffectName, EffectSet, Scene};
+use std::fmt;
 
 /// The sun as it is seen from the Earth, in degrees: for `--with soft-shadows` where the scene gives it no disk.
 const SUN_DEGREES: f64 = 0.533;
@@ -20,9 +21,35 @@ pub(super) struct EffectArguments {
     pub(super) without: Vec<EffectName>,
 }
 
+/// As on the command line.
+impl fmt::Display for EffectArguments {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let all = self.all_effects.then(|| "--all-effects".to_owned());
+        let named = |flag: &str, effects: &[EffectName]| -> Vec<String> {
+            effects.iter().map(|effect| format!("--{flag} {effect}")).collect()
+        };
+        let words =
+            [Vec::from_iter(all), named("with", &self.with), named("without", &self.without)].concat();
+        if words.is_empty() {
+            f.write_str("with no such flag")
+        } else {
+            write!(f, "with {}", words.join(" "))
+        }
+    }
+}
+
 impl EffectArguments {
     pub(super) fn is_empty(&self) -> bool {
         !self.all_effects && self.with.is_empty() && self.without.is_empty()
+    }
+
+    /// Whether the same pictures come of them.
+    pub(super) fn asks_the_same(&self, other: &Self) -> bool {
+        let sets = |arguments: &Self| {
+            let set = |effects: &[EffectName]| effects.iter().copied().collect::<EffectSet>();
+            (arguments.all_effects, set(&arguments.with), set(&arguments.without))
+        };
+        sets(self) == sets(other)
     }
 
     /// Puts them into the scene.
@@ -33,6 +60,9 @@ impl EffectArguments {
         for &effect in &self.with {
             if self.without.contains(&effect) {
                 return wrong(effect, "also given to --without", "keep one of the two");
+            }
+            if effect == EffectName::SoftShadows && self.without.contains(&EffectName::Shadows) {
+                return wrong(effect, "there are none with --without shadows", "keep one of the two");
             }
             match effect {
                 EffectName::Falloff => scene.render.falloff = true,

@@ -5,7 +5,7 @@
 
 use super::effects::EffectArguments;
 use super::input::{self, MemoryArguments, SceneArguments};
-use super::values::Pixels;
+use super::values::{Pixels, Positive};
 use super::{interrupt, optics_words, report, stats};
 use groundglass::error::Result;
 use groundglass::picture::Exposure;
@@ -30,6 +30,9 @@ pub(super) struct Arguments {
     pub(super) memory: MemoryArguments,
     #[command(flatten)]
     pub(super) effects: EffectArguments,
+    /// The error that the picture is to have: what is left out changes it by half of that at most
+    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    pub(super) max_error: Option<Positive>,
     /// Width of the picture in pixels; the height follows
     #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     pub(super) width: Option<Pixels>,
@@ -53,9 +56,9 @@ struct Row {
     active: bool,
     because: String,
     /// The part of the time for the picture that the effect takes, or would take: 0 where it is less than times differ by
-    /// themselves; null where it cannot be had.
+    /// themselves, or nothing in view has it; null where the scene cannot have it.
     cost: Option<f64>,
-    /// RMS change of the picture between with and without; null where it cannot be had.
+    /// RMS change of the picture between with and without, chance left out; null where the scene cannot have it.
     change_rms: Option<f64>,
 }
 
@@ -63,6 +66,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let threads = stats::threads(None);
     let input = input::read(&arguments.scene)?.within(arguments.memory, threads);
     let mut scene = input.load_at(arguments.width.map(|width| width.0))?;
+    if let Some(error) = arguments.max_error {
+        scene.render.budget = Budget::MaxError(error.0);
+    }
     arguments.effects.apply(&mut scene)?;
     report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
     report::warnings(&optics_words::scene_warnings(&scene, &input.name()));
@@ -89,14 +95,12 @@ fn explain(scene: &Scene, execution: Execution<'_>) -> Result<Explanation> {
     let base = if can_render { Some(Probe::new(&small, plan.active(), execution)?) } else { None };
     let mut effects = Vec::new();
     for (name, effect) in EffectName::ALL.into_iter().zip(plan.effects()) {
-        // What is not asked for, or not there, is nothing to compare.
-        let is_dropped = !effect.active && effect.because.contains("threshold");
-        let measured = match &base {
-            Some(base) if effect.active || is_dropped => {
-                let other = Probe::new(&small, plan.active().set(name, !effect.active), execution)?;
+        let measured = match (&base, other(&small, plan.active(), name)) {
+            _ if is_absent(&plan, scene, name) => Some((0.0, 0.0)),
+            (Some(base), Some((small, active))) => {
+                let other = Probe::new(&small, active, execution)?;
                 let more = extra_time(base, &other, execution)?;
-                let change = base.picture.rms_difference(&other.picture, scene.render.exposure_ev);
-                Some((if effect.active { 0.0 - more } else { more }, change))
+                Some((if effect.active { 0.0 - more } else { more }, base.change(&other)))
             }
             _ => None,
         };
@@ -116,10 +120,28 @@ fn explain(scene: &Scene, execution: Execution<'_>) -> Result<Explanation> {
     })
 }
 
-/// A small scene with some of its effects, and its picture.
+/// Whether nothing in view has the effect, so that it neither costs nor changes anything.
+fn is_absent(plan: &RenderPlan, scene: &Scene, name: EffectName) -> bool {
+    let of_materials = [EffectName::Textures, EffectName::Holes, EffectName::Coverage].contains(&name);
+    of_materials && !plan.active().has(name) && !scene.render.effects.without.has(name)
+}
+
+/// The scene with what is compared: an active effect left out; another one added, as `--with` does. None where the scene
+/// cannot have it.
+fn other(scene: &Scene, active: EffectSet, name: EffectName) -> Option<(Scene, EffectSet)> {
+    let mut scene = scene.clone();
+    if active.has(name) {
+        return Some((scene, active.set(name, false)));
+    }
+    EffectArguments { with: vec![name], ..EffectArguments::default() }.apply(&mut scene).ok()?;
+    let active = if name == EffectName::SoftShadows { active.set(EffectName::Shadows, true) } else { active };
+    Some((scene, active.set(name, true)))
+}
+
+/// A small scene with some of its effects, and two pictures of it, of different samples.
 struct Probe {
     scene: Scene,
-    picture: Exposure,
+    pictures: [Exposure; 2],
 }
 
 impl Probe {
@@ -127,8 +149,31 @@ impl Probe {
         let mut scene = scene.clone();
         let inactive = EffectName::ALL.into_iter().filter(|&effect| !active.has(effect)).collect();
         scene.render.effects = EffectChoice { all: false, with: active, without: inactive };
-        let (picture, _) = render(&scene, execution)?;
-        Ok(Self { scene, picture })
+        let mut twin = scene.clone();
+        twin.render.seed = scene.render.seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let pictures = [render(&scene, execution)?.0, render(&twin, execution)?.0];
+        Ok(Self { scene, pictures })
+    }
+
+    /// The RMS difference of the pictures that infinitely many samples would give. Chance is not in it: the mean of products of
+    /// two differences that do not hang together has none.
+    fn change(&self, other: &Self) -> f64 {
+        let gain = libm::exp2(self.scene.render.exposure_ev) as f32;
+        let [first, second] = &self.pictures;
+        let (width, height) = (first.width(), first.height());
+        let difference = |i: usize, x: u32, y: u32| {
+            let shown =
+                |probe: &Self| probe.pictures[i].pixel(x, y).map(|c| f64::from((c * gain).clamp(0.0, 1.0)));
+            let (ours, theirs) = (shown(self), shown(other));
+            [0, 1, 2].map(|c| ours[c] - theirs[c])
+        };
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let product = |(x, y)| {
+            let (a, b) = (difference(0, x, y), difference(1, x, y));
+            a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+        };
+        let values = 3.0 * f64::from(second.width()) * f64::from(second.height());
+        (pixels.map(product).sum::<f64>() / values).max(0.0).sqrt()
     }
 
     fn seconds(&self, execution: Execution<'_>) -> Result<f64> {
@@ -170,20 +215,26 @@ fn median(numbers: &mut [f64]) -> f64 {
 }
 
 fn words(explanation: &Explanation) -> String {
-    let mut text = format!("{:<15} {:<4} {:>6}  {:>8}  because\n", "effect", "", "time", "change");
+    let mut text = format!("{:<15} {:<4} {:>8}  {:>8}  because\n", "effect", "", "time", "change");
     for row in &explanation.effects {
         let state = if row.active { "in" } else { "out" };
         let cost = match row.cost {
             None => "-".into(),
             Some(0.0) => "0 %".into(),
-            Some(cost) => format!("{:+.0} %", 100.0 * cost),
+            Some(cost) if row.active => format!("{:+.0} %", 100.0 * cost),
+            Some(cost) => format!("({:+.0} %)", 100.0 * cost),
         };
-        let change = row.change_rms.map_or("-".into(), |change| format!("{change:.4}"));
-        text += &format!("{:<15} {state:<4} {cost:>6}  {change:>8}  {}\n", row.effect, row.because);
+        let change = match row.change_rms {
+            None => "-".into(),
+            Some(change) if row.active || change == 0.0 => format!("{change:.4}"),
+            Some(change) => format!("({change:.4})"),
+        };
+        text += &format!("{:<15} {state:<4} {cost:>8}  {change:>8}  {}\n", row.effect, row.because);
     }
     text += &format!(
-        "\ntime: what the effect adds to the picture's time, 0 where that cannot be told from chance;\nchange: RMS between with and without, linear light; both of \
-         pictures {} pixels wide with {} samples.\nWhat is left out as too small may change the picture by {}.\n",
+        "\ntime: what the effect adds to the picture's time, 0 where that cannot be told from chance;\nchange: RMS between with and \
+         without, linear light, without noise; in parentheses, of what is out: what it would add and change;\n- where the scene \
+         cannot have it. Both of pictures {} pixels wide with {} samples.\nWhat is left out as too small may change the picture by {}.\n",
         PROBE.0, PROBE.1, explanation.tolerance_rms
     );
     text

@@ -141,11 +141,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     scene.render.budget = arguments.budget().unwrap_or(scene.render.budget);
     let mut effects = arguments.effects.clone();
     if let Some(replay) = &replayed {
-        let asked = replay.ask(&mut scene)?;
-        // Flags that are given again say the same, or that it is another scene.
-        effects = if effects.is_empty() { asked } else { effects };
+        effects = replay.ask(&mut scene, &effects)?;
     }
     effects.apply(&mut scene)?;
+    if error_map.is_some() && matches!(scene.render.budget, Budget::Samples(1)) && replayed.is_none() {
+        return Err(Error::new(ErrorKind::Usage, "--error-map: of one sample a pixel no error is known")
+            .remedy("take 2 samples or more"));
+    }
     let asked = Asked::new(scene.render.budget, &effects);
     let load_seconds = clock.elapsed().as_secs_f64();
     report::warnings(&scene.warnings);
@@ -191,13 +193,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     progress.finish();
     let (exposure, counts) = rendered.map_err(|error| error.in_file(input.name()))?;
 
-    let notes = stats::notes(&scene, &exposure);
+    let notes = stats::notes(&scene, &exposure, counts.left_out);
     output::write_whole(&path, &read, |file| match format {
         Format::Png => exposure.write_png(scene.render.exposure_ev, &notes, file),
         Format::Exr => exposure.write_exr(&notes, file),
     })
     .map_err(|error| error.in_file(path.display().to_string()))?;
-    if let (Some(target), Some(format)) = (error_map, map_format) {
+    if let (Some(target), None) = (error_map, exposure.rms_error()) {
+        report::warnings(&[no_error_map(&input.name(), target)]);
+    } else if let (Some(target), Some(format)) = (error_map, map_format) {
         let map = exposure.error_map();
         // Mid-grey where the error is that of the whole.
         let gain = -libm::log2(exposure.rms_error().unwrap_or(1.0).max(1e-9) / 0.2);
@@ -263,20 +267,31 @@ fn unseen_light(file: &str, blocks: u64) -> Warning {
     }
 }
 
+/// One sample a pixel has no halves to compare.
+fn no_error_map(file: &str, target: &Path) -> Warning {
+    Warning {
+        file: file.to_owned(),
+        line: None,
+        message: format!(
+            "the error of one sample a pixel is unknown, so {} is not written; give more time, or --samples",
+            target.display()
+        ),
+    }
+}
+
 /// An error that no reasonable number of samples reaches.
 fn beyond_reach(file: &str, wanted: f64, reached: f64) -> Warning {
     // An error falls about as the number of samples to the power 0.6.
     let samples = f64::from(MOST_FOR_ERROR) * libm::pow(reached / wanted, 1.0 / 0.6);
     let more = if samples <= f64::from(MOST_SAMPLES) { ", or for that many --samples" } else { "" };
     let wanted = if wanted < 1e-4 { format!("{wanted:e}") } else { wanted.to_string() };
-    let take =
-        if samples < 1e15 { format!("about {samples:.1e}") } else { "more than can be drawn".to_owned() };
+    let take = if samples < 1e15 { format!("about {samples:.1e}") } else { "more than 1e15".to_owned() };
     Warning {
         file: file.to_owned(),
         line: None,
         message: format!(
             "an error of {wanted} was asked for and {reached:.2e} is reached with up to {MOST_FOR_ERROR} samples a pixel, the most \
-             on the way to an error: it would take {take}; ask for a larger --max-error{more}"
+             on the way to an error: it would take {take} samples a pixel; ask for a larger --max-error{more}"
         ),
     }
 }

@@ -3,7 +3,7 @@
 use super::effects::EffectArguments;
 use super::input;
 use super::stats::Asked;
-use groundglass::error::{Error, Result};
+use groundglass::error::{Error, ErrorKind, Result};
 use groundglass::picture::Allocation;
 use groundglass::scene::{Budget, EffectName, Scene, Source};
 use serde::Deserialize;
@@ -42,11 +42,12 @@ impl Replay {
         Ok(Self { name, ..found })
     }
 
-    /// Makes the scene that of the run: what effects it has goes by the error that was asked for as well.
+    /// Makes the scene that of the run: what effects it has goes by the error that was asked for as well. Effects that are
+    /// `given` again must be those of the run.
     ///
     /// # Errors
-    /// When the file names an effect that there is not, or no error.
-    pub(super) fn ask(&self, scene: &mut Scene) -> Result<EffectArguments> {
+    /// When the file names an effect that there is not, or no error, or other effects than are given.
+    pub(super) fn ask(&self, scene: &mut Scene, given: &EffectArguments) -> Result<EffectArguments> {
         let place = |error: String| Error::invalid(error).in_file(&*self.name).at_key("asked");
         let effects = |names: &[String]| {
             names.iter().map(|name| name.parse().map_err(place)).collect::<Result<Vec<EffectName>>>()
@@ -55,11 +56,18 @@ impl Replay {
             return Err(place("the error that was asked for is not positive".to_owned()));
         }
         scene.render.budget = self.asked.max_error.map_or(Budget::Samples(1), Budget::MaxError);
-        Ok(EffectArguments {
+        let asked = EffectArguments {
             all_effects: self.asked.all_effects,
             with: effects(&self.asked.with)?,
             without: effects(&self.asked.without)?,
-        })
+        };
+        if !given.is_empty() && !given.asks_the_same(&asked) {
+            let error = format!("--replay: that run was made {asked}, this one {given}");
+            return Err(Error::new(ErrorKind::Usage, error)
+                .in_file(&*self.name)
+                .remedy("leave out the flags of effects: a replay takes them from the file"));
+        }
+        Ok(asked)
     }
 
     /// The samples of the picture that it tells of, if that is of this scene.

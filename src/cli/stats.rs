@@ -2,7 +2,7 @@
 
 use super::effects::EffectArguments;
 use groundglass::picture::{Allocation, Exposure};
-use groundglass::scene::{Budget, EffectName, Scene};
+use groundglass::scene::{Budget, EffectName, EffectSet, Scene};
 use serde::{Deserialize, Serialize};
 
 #[derive(Serialize)]
@@ -151,7 +151,7 @@ fn available_memory(threads: u64) -> Option<u64> {
 }
 
 /// Notes that go into a picture file: how it was made, and nothing of clock, threads or machine.
-pub(super) fn notes(scene: &Scene, exposure: &Exposure) -> Vec<(&'static str, String)> {
+pub(super) fn notes(scene: &Scene, exposure: &Exposure, left_out: EffectSet) -> Vec<(&'static str, String)> {
     let camera = scene.optics.camera();
     let standard = |s: &groundglass::camera::Standard| {
         format!(
@@ -180,7 +180,7 @@ pub(super) fn notes(scene: &Scene, exposure: &Exposure) -> Vec<(&'static str, St
             let Samples { mean, min, max } = Samples::of(exposure.samples());
             if min == max { min.to_string() } else { format!("{mean:.2} on average, {min} to {max}") }
         }),
-        ("groundglass.effects", effects_note(scene)),
+        ("groundglass.effects", effects_note(scene, left_out)),
         (
             "groundglass.estimated_rms_error",
             exposure.rms_error().map_or("unknown".to_owned(), |error| format!("{error:.6}")),
@@ -188,8 +188,8 @@ pub(super) fn notes(scene: &Scene, exposure: &Exposure) -> Vec<(&'static str, St
     ]
 }
 
-/// What the user said of effects, in the words of the command line.
-fn effects_note(scene: &Scene) -> String {
+/// What the user said of effects, in the words of the command line, and what the plan left out.
+fn effects_note(scene: &Scene, left_out: EffectSet) -> String {
     let choice = scene.render.effects;
     let mut words = Vec::new();
     if choice.all {
@@ -199,5 +199,11 @@ fn effects_note(scene: &Scene) -> String {
         let named = EffectName::ALL.into_iter().filter(|&effect| set.has(effect));
         words.extend(named.map(|effect| format!("--{flag} {effect}")));
     }
-    if words.is_empty() { "as the scene asks".to_owned() } else { words.join(" ") }
+    let mut note = if words.is_empty() { "as the scene asks".to_owned() } else { words.join(" ") };
+    let small: Vec<_> =
+        EffectName::ALL.into_iter().filter(|&effect| left_out.has(effect)).map(EffectName::name).collect();
+    if !small.is_empty() {
+        note += &format!("; left out as too small to be seen: {}", small.join(", "));
+    }
+    note
 }

@@ -1,7 +1,9 @@
 //! Whether diffraction can be seen: its first dark ring against the pixel, the smallest blur in view and the brightest light.
 
+use super::asks;
+use super::reason::{digits, pixels};
 use super::seen::Seen;
-use super::{digits, pixels};
+use super::small::View;
 use crate::scene::{EffectName, Scene};
 
 /// The first dark ring below this many pixels across is under the pixel's own filter: of a ring `D` pixels across, about
@@ -14,10 +16,11 @@ const AIRY_OF_BLUR: f64 = 0.02;
 /// The frequency of Airy's first dark ring, the first zero of J1, at an aperture of radius 1.
 const FIRST_DARK: f64 = 3.831_705_970_207_512;
 
-/// Whether it is seen, and the number that says so. `part` is the change that is taken for nothing, as a part of the usual one.
-pub(super) fn reason(scene: &Scene, seen: &Seen, part: f64) -> (bool, String) {
+/// Whether it is seen, and the number that says so.
+pub(super) fn reason(view: &View<'_>) -> (bool, String) {
+    let (scene, seen) = (view.scene, view.seen());
     if scene.optics.aperture_radius() == 0.0 {
-        return (false, "a pinhole".into());
+        return (false, "a pinhole: 0 mm across has no rings".into());
     }
     if seen.triangles == 0 {
         return (false, "0 triangles in view, threshold 1".into());
@@ -25,8 +28,8 @@ pub(super) fn reason(scene: &Scene, seen: &Seen, part: f64) -> (bool, String) {
     let ring = first_ring(scene);
     let blur = seen.blur.map_or(0.0, |blur| blur[1]);
     // What a light sends far is seen if it is only bright enough.
-    let light = brightest_seen(scene, seen);
-    let (threshold, under) = (threshold(part, light), AIRY_OF_BLUR / light);
+    let light = view.light();
+    let (threshold, under) = (threshold(view, light), AIRY_OF_BLUR / light);
     let because = format!(
         "first dark ring {ring:.3} px across, threshold {} px and {} of the smallest blur in view, {}, for light up to {light:.1}",
         digits(threshold),
@@ -36,17 +39,18 @@ pub(super) fn reason(scene: &Scene, seen: &Seen, part: f64) -> (bool, String) {
     (ring >= threshold && ring >= under * blur, because)
 }
 
-/// Whether it is in the picture, whatever says so. What is `seen` is asked for only where the ring is large enough for the
-/// brightest light of the scene, in view or not.
-pub(super) fn is_in<'a>(scene: &Scene, part: f64, seen: impl FnOnce() -> &'a Seen) -> bool {
-    let (choice, name) = (scene.render.effects, EffectName::Diffraction);
-    scene.render.diffraction
-        && scene.optics.aperture_radius() > 0.0
+/// Whether it is large enough to be seen. What is seen is asked for only where the ring is large enough for the brightest light
+/// of the scene, in view or not.
+pub(super) fn is_seen(view: &View<'_>) -> bool {
+    first_ring(view.scene) >= threshold(view, brightest(view.scene, |_| true)) && reason(view).0
+}
+
+/// Whether it is in the picture, whatever says so.
+pub(super) fn is_in(view: &View<'_>) -> bool {
+    let (choice, name) = (view.scene.render.effects, EffectName::Diffraction);
+    asks(view.scene, name)
         && !choice.without.has(name)
-        && (choice.all
-            || choice.with.has(name)
-            || (first_ring(scene) >= threshold(part, brightest(scene, |_| true))
-                && reason(scene, seen(), part).0))
+        && (choice.all || choice.with.has(name) || is_seen(view))
 }
 
 /// How far the first dark ring of a disk is across, pixels: at the corners or the middle of the film, whichever is largest.
@@ -63,8 +67,8 @@ fn first_ring(scene: &Scene) -> f64 {
 }
 
 /// The smallest ring that is seen with light of this brightness, pixels.
-fn threshold(part: f64, light: f64) -> f64 {
-    part * AIRY_PX / light
+fn threshold(view: &View<'_>, light: f64) -> f64 {
+    view.scale * view.scale * AIRY_PX / light
 }
 
 /// The brightest light of their own that materials in view give, as shown; at least white.
@@ -73,7 +77,7 @@ pub(super) fn brightest_seen(scene: &Scene, seen: &Seen) -> f64 {
 }
 
 /// The brightest light of their own that materials of these numbers give, as shown; at least white.
-fn brightest(scene: &Scene, counts: impl Fn(usize) -> bool) -> f64 {
+pub(super) fn brightest(scene: &Scene, counts: impl Fn(usize) -> bool) -> f64 {
     let lights = scene.surfaces.materials.iter().enumerate().filter(|(number, _)| counts(*number));
     let most = lights.flat_map(|(_, material)| material.emission).fold(0.0f32, f32::max);
     (f64::from(most) * libm::exp2(scene.render.exposure_ev)).max(1.0)

@@ -2,7 +2,7 @@
 //! triangles without drawing: nothing that is seen is missed, some that is hidden is counted.
 
 use crate::optics::Optics;
-use crate::scene::{NONE, Scene};
+use crate::scene::{NONE, Scene, bounds};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -13,6 +13,9 @@ pub(super) struct Seen {
     pub materials: Vec<bool>,
     /// The largest and smallest blur of a corner, in pixels; `None` where nothing is in view.
     pub blur: Option<[f64; 2]>,
+    /// How many pixels are between the shadow's ends, at most, where the sun's light takes two directions that are one radian
+    /// apart: the way it goes within the scene to what is in view, as large as that is drawn. 0 without a sun.
+    pub shadow: f64,
     pub triangles: usize,
     /// Some are textured: they have texture coordinates.
     pub textured: Vec<bool>,
@@ -26,6 +29,7 @@ struct Part {
     textured: Vec<bool>,
     anywhere: [Vec<bool>; 2],
     blur: [f64; 2],
+    shadow: f64,
     triangles: usize,
 }
 
@@ -37,18 +41,23 @@ impl Seen {
         surfaces.triangles.par_iter().any(|corners| {
             let world = corners.map(|i| surfaces.positions[i as usize]);
             let corners = world.map(|p| optics.world_from_lens().point_inverse(p));
-            frame.blurs(corners).any(|blur| blur >= threshold)
+            frame.blurs(&frame.in_view(corners)).any(|blur| blur >= threshold)
         })
     }
 
     pub(super) fn new(scene: &Scene) -> Self {
         let (optics, surfaces) = (&scene.optics, &scene.surfaces);
         let frame = Frame::new(scene);
+        let light = scene
+            .sun
+            .as_ref()
+            .map(|sun| Light { toward: sun.toward.normalize_or_zero(), bounds: bounds(&surfaces.positions) });
         let empty = Part {
             materials: vec![false; surfaces.materials.len()],
             textured: vec![false; surfaces.materials.len()],
             anywhere: [0; 2].map(|_| vec![false; surfaces.materials.len()]),
             blur: [0.0, f64::INFINITY],
+            shadow: 0.0,
             triangles: 0,
         };
         let of_chunk = |first: usize, triangles: &[[u32; 3]]| {
@@ -56,11 +65,11 @@ impl Seen {
             for (i, corners) in triangles.iter().enumerate() {
                 let world = corners.map(|i| surfaces.positions[i as usize]);
                 let corners = world.map(|p| optics.world_from_lens().point_inverse(p));
-                let mut is_in_view = false;
-                for blur in frame.blurs(corners) {
-                    is_in_view = true;
+                let corners = frame.in_view(corners);
+                for blur in frame.blurs(&corners) {
                     part.blur = [part.blur[0].max(blur), part.blur[1].min(blur)];
                 }
+                let is_in_view = !corners.is_empty();
                 let attributes = &surfaces.attributes[first + i];
                 let (material, is_textured) = (attributes.material as usize, attributes.texcoords[0] != NONE);
                 part.anywhere[0][material] = true;
@@ -69,6 +78,9 @@ impl Seen {
                     part.materials[material] = true;
                     part.textured[material] |= is_textured;
                     part.triangles += 1;
+                    if let Some(light) = &light {
+                        part.shadow = part.shadow.max(light.way_to(world) * frame.magnification(&corners));
+                    }
                 }
             }
             part
@@ -85,6 +97,7 @@ impl Seen {
             textured: whole.textured,
             anywhere: whole.anywhere,
             blur: (whole.triangles > 0).then_some(whole.blur),
+            shadow: whole.shadow,
             triangles: whole.triangles,
         }
     }
@@ -99,8 +112,31 @@ impl Part {
         either(&mut self.textured, &other.textured);
         self.anywhere.iter_mut().zip(&other.anywhere).for_each(|(ours, theirs)| either(ours, theirs));
         self.blur = [self.blur[0].max(other.blur[0]), self.blur[1].min(other.blur[1])];
+        self.shadow = self.shadow.max(other.shadow);
         self.triangles += other.triangles;
         self
+    }
+}
+
+/// The sun's direction, and the box of all that may stand before it.
+struct Light {
+    toward: DVec3,
+    bounds: [DVec3; 2],
+}
+
+impl Light {
+    /// The longest way that light goes within the box to a point of a triangle, metres.
+    fn way_to(&self, corners: [DVec3; 3]) -> f64 {
+        let [low, high] = self.bounds;
+        // To each side of the box: it grows evenly over the triangle, so that a corner has the most.
+        let sides = (0..3).map(|axis| {
+            let to = if self.toward[axis] > 0.0 { high[axis] } else { low[axis] };
+            let ways = corners.map(|p| {
+                if self.toward[axis] == 0.0 { f64::INFINITY } else { (to - p[axis]) / self.toward[axis] }
+            });
+            ways.into_iter().fold(0.0, f64::max)
+        });
+        sides.fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -129,18 +165,32 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// The blur, in pixels, of corners of what is in view of a triangle: none where nothing is. Infinite where a point has
-    /// no ellipse, being at the side of some lens point; and 0 where the plane of focus crosses it.
-    fn blurs(&self, corners: [DVec3; 3]) -> impl Iterator<Item = f64> {
-        let own = corners.into_iter().filter(|&corner| self.reaches_film(corner));
-        let polygon = self.clipped(corners);
+    /// Corners of what is in view of a triangle: none where nothing is.
+    fn in_view(&self, corners: [DVec3; 3]) -> Vec<DVec3> {
+        let mut found = self.clipped(corners);
+        found.extend(corners.into_iter().filter(|&corner| self.reaches_film(corner)));
+        found
+    }
+
+    /// The blur of corners in pixels. Infinite where a point has no ellipse, being at the side of some lens point; and 0
+    /// where the plane of focus passes between them.
+    fn blurs(&self, corners: &[DVec3]) -> impl Iterator<Item = f64> {
         let focus = self.optics.focus_plane();
         let is_beyond = |p: &DVec3| focus.m.dot(*p) + focus.e > 0.0;
-        let crossing = polygon.iter().any(is_beyond) && !polygon.iter().all(is_beyond);
-        let all = own.chain(polygon).map(|corner| {
+        let crossing = corners.iter().any(is_beyond) && !corners.iter().all(is_beyond);
+        let blur = |&corner: &DVec3| {
             self.optics.blur_of(corner).map_or(f64::INFINITY, |blur| blur.largest / self.pixel)
-        });
-        all.collect::<Vec<_>>().into_iter().chain(crossing.then_some(0.0))
+        };
+        corners.iter().map(blur).chain(crossing.then_some(0.0))
+    }
+
+    /// How many pixels long a metre between these corners is drawn at most, seen from the lens's centre: `D r / (n . p)^2`
+    /// of a point `p` at the distance `r`, with the film's normal `n` and its distance `D`.
+    fn magnification(&self, corners: &[DVec3]) -> f64 {
+        let farthest = corners.iter().map(|p| p.length()).fold(0.0, f64::max);
+        let depths = corners.iter().map(|p| self.optics.film_normal().dot(*p).abs());
+        let nearest = depths.fold(f64::INFINITY, f64::min);
+        self.optics.film_plane().e.abs() * farthest / (nearest * nearest) / self.pixel
     }
 
     /// Whether the blur of a point meets the film.

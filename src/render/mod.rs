@@ -1,4 +1,15 @@
 //! The conductor: scene and camera in, exposure out. The one place where camera side and pixel side meet.
+//!
+//! The way of the data, file by file; each says at its head what goes in and out:
+//!
+//! * `frame`, `picture`: the camera and the vertices in the lens frame, and triangles into bins (`raster::bin`).
+//! * `pattern`, `diffraction`: the samples of a tile, in batches of 16.
+//! * `draw`: a tile, batch by batch: what is seen (`raster::tile`), surfaces (`looks`), their light (`shade`), into the sums.
+//! * `resolve`: from sums to means; and their errors, by `differences`, `clipped`, `highlights` (with `spread`) and `edges`.
+//! * `uniform`: all tiles with the same number of samples. Or `adaptive`, in rounds: `pilot`, `base` and `allocate` say how many
+//!   samples go where, `progressive` draws a round, `tile_round` one tile in it, `kept` holds the sums from round to round, and
+//!   `finish` makes the picture.
+//! * `room`, `stages`: memory, and time.
 
 mod adaptive;
 mod allocate;
@@ -36,7 +47,7 @@ use stages::Stopwatch;
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::picture::{Allocation, Exposure};
-use crate::scene::{Budget, EffectName, Scene};
+use crate::scene::{Budget, EffectName, EffectSet, Scene};
 pub use crate::simd::SimdLevel;
 use crate::threads::on_threads;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -77,6 +88,8 @@ pub struct Counts {
     /// Blocks of 8 x 8 pixels whose samples may have missed a small bright light; their part of the stated error is what
     /// such a light may add.
     pub unseen_light: u64,
+    /// Effects that the scene asks for and the [plan](crate::plan::RenderPlan) left out as too small to be seen.
+    pub left_out: EffectSet,
     /// Where the time went.
     pub stages: Stages,
 }
@@ -225,6 +238,7 @@ fn done(
         triangles: picture.surfaces.triangles.len(),
         surfaces: picture.surface_count,
         bin_entries: picture.bins.entries(),
+        left_out: picture.left_out,
         samples: (f64::from(width) * f64::from(height) * samples.mean()).round() as u64,
         ..counts
     };

@@ -1,4 +1,9 @@
 //! What all tiles of a picture share: geometry in the lens frame, bins, the shader.
+//!
+//! In: a scene: its vertex array, triangles, camera, materials. Out: a [`Picture`], for [`super::draw`]: vertices in the lens
+//! frame and the view ([`super::frame`]), triangles in bins (`raster::bin`) as seen from the cells of the lens
+//! ([`super::pattern`], and [`super::diffraction`] where there is some), the shader and the sun (`shade`). No formula of its own:
+//! the files named evaluate theirs.
 
 use super::diffraction::{FilmDiffraction, ONE_PLACE};
 use super::draw::TileScratch;
@@ -7,13 +12,13 @@ use super::highlights::Highlights;
 use super::pattern::{Points, Splits};
 use super::stages::{Stages, Stopwatch};
 use crate::error::{Error, Result};
-use crate::plan::RenderPlan;
+use crate::plan::{Decision, RenderPlan};
 use crate::quantity::Angle;
 use crate::raster::TILE;
 use crate::raster::bin::{Bins, Triangles};
 use crate::raster::view::View;
 use crate::sampling::{self, ApertureShape, runs};
-use crate::scene::{EffectName, Material, Scene, Sun, Surfaces};
+use crate::scene::{EffectName, EffectSet, Material, Scene, Sun, Surfaces};
 use crate::shade::{Falloff, Shader, ShadowSun};
 use fearless_simd::Level;
 use glam::DVec3;
@@ -50,6 +55,8 @@ pub(super) struct Picture<'a> {
     /// Surfaces are patches, not triangles.
     pub(super) alike: bool,
     pub(super) surface_count: usize,
+    /// Effects that are asked for and too small to be seen.
+    pub(super) left_out: EffectSet,
     pub(super) view: View,
     pub(super) positions: &'a [DVec3],
     pub(super) shader: Shader<'a>,
@@ -98,7 +105,7 @@ impl<'a> Picture<'a> {
         let optics = &scene.optics;
         let surfaces = &scene.surfaces;
         let frame = LensFrame::new(optics);
-        let active = RenderPlan::active_in(scene);
+        let Decision { active, left_out } = RenderPlan::decide(scene);
         let radius = if active.has(EffectName::Defocus) { optics.aperture_radius() } else { 0.0 };
         let mut view = frame.view(scene, radius);
         watch.lap(&mut stages.transform);
@@ -156,6 +163,7 @@ impl<'a> Picture<'a> {
             gain,
             shared,
             alike,
+            left_out,
             surface_count: if alike && !surfaces.patches.of.is_empty() {
                 surfaces.patches.reference.len()
             } else {

@@ -1,0 +1,128 @@
+//! Why an effect is in a picture or not, in words: the number that decides against its threshold.
+
+use super::small::{self, BLUR_PX, View};
+use super::{asks, diffraction};
+use crate::scene::EffectName;
+
+/// Whether it is asked for, whether it is seen, and the number that says so.
+pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) {
+    let (scene, seen) = (view.scene, view.seen());
+    let asked = asks(scene, name);
+    let is_seen = !view.is_small(name);
+    let count = |list: &dyn Fn(usize) -> bool| (0..seen.materials.len()).filter(|&i| list(i)).count();
+    let material = |i: usize| &scene.surfaces.materials[i];
+    let in_view = count(&|i| seen.materials[i]);
+    let materials = |found: usize, what: &str| {
+        (asked, found > 0, format!("{found} of {in_view} materials in view have {what}, threshold 1"))
+    };
+    // What the sun's light goes through may lie out of view.
+    let casts = seen.triangles > 0
+        && asks(scene, EffectName::Shadows)
+        && !scene.render.effects.without.has(EffectName::Shadows);
+    let casting = |has: &dyn Fn(usize) -> bool, (in_view, anywhere): (&[bool], &[bool]), what: &str| {
+        let found = count(&|i| in_view[i] && has(i));
+        let out_of_view = count(&|i| anywhere[i] && has(i));
+        if found > 0 || !casts || out_of_view == 0 {
+            return materials(found, what);
+        }
+        let of = count(&|i| seen.anywhere[0][i]);
+        (
+            asked,
+            true,
+            format!("{out_of_view} of {of} materials that may cast shadows have {what}, threshold 1"),
+        )
+    };
+    let light = view.light();
+    let by_light = |because: String| match light > 1.0 {
+        true => format!("{because} for light up to {light:.1}"),
+        false => because,
+    };
+    match name {
+        EffectName::Defocus if !asked => {
+            (false, false, format!("a pinhole: largest blur 0 px, threshold {BLUR_PX} px"))
+        }
+        EffectName::Defocus => {
+            let (blur, threshold) = (pixels(view.blur()), digits(view.blur_threshold()));
+            let because = by_light(format!("largest blur {blur}, threshold {threshold} px"));
+            let shows_lens = view.has_falloff_over_lens();
+            let because = if shows_lens { because + ", and falloff shows the lens" } else { because };
+            (true, is_seen, because)
+        }
+        EffectName::Antialiasing => {
+            (true, true, "each pixel is the mean over a square of 1 px, threshold 0 px".into())
+        }
+        EffectName::Textures => {
+            materials(count(&|i| seen.textured[i] && material(i).diffuse_map.is_some()), "a map_Kd")
+        }
+        EffectName::Holes => {
+            let is_holed = |i: usize| material(i).holed_maps().next().is_some();
+            casting(&is_holed, (&seen.textured, &seen.anywhere[1]), "a texture with alpha below 0.5")
+        }
+        EffectName::Coverage => {
+            casting(&|i| material(i).coverage < 1.0, (&seen.materials, &seen.anywhere[0]), "d below 1")
+        }
+        EffectName::Shadows | EffectName::SoftShadows if scene.sun.is_none() => {
+            (false, false, "no [sun] table: 0 suns, threshold 1".into())
+        }
+        EffectName::Shadows | EffectName::SoftShadows
+            if scene.sun.as_ref().is_some_and(|sun| !sun.shadows) =>
+        {
+            let triangles = seen.triangles;
+            (false, false, format!("sun.shadows = false; {triangles} triangles in view, threshold 1"))
+        }
+        EffectName::Shadows => {
+            (true, seen.triangles > 0, format!("{} triangles in view, threshold 1", seen.triangles))
+        }
+        EffectName::SoftShadows => {
+            let (width, threshold) = (pixels(view.penumbra()), digits(view.penumbra_threshold()));
+            let key = match asked {
+                true if scene.render.effects.without.has(EffectName::Shadows) => "no shadows are drawn: ",
+                true => "",
+                false => "sun.angular_diameter_deg = 0: ",
+            };
+            (asked, is_seen, format!("{key}penumbra up to {width}, threshold {threshold} px"))
+        }
+        EffectName::ApertureShape => match scene.blades {
+            None => (false, false, "no [camera.aperture] table: a disk, 0 blades, threshold 3".into()),
+            Some(_) if !asked => (false, false, "a pinhole: 0 mm across has no shape".into()),
+            Some(blades) => {
+                // Only diffraction shows the shape of a point.
+                let blur = pixels(if view.has_lens() { view.blur() } else { 0.0 });
+                let (count, threshold) = (blades.count, digits(view.shape_threshold()));
+                let because =
+                    by_light(format!("{count} blades, largest blur {blur}, threshold {threshold} px"));
+                let shows_falloff = view.has_lens() && view.has_falloff_over_lens();
+                let because = match (view.has_diffraction(), shows_falloff) {
+                    (true, true) => because + ", and diffraction and falloff show it",
+                    (true, false) => because + ", and diffraction shows it",
+                    (false, true) => because + ", and falloff shows it",
+                    (false, false) => because,
+                };
+                (true, is_seen, because)
+            }
+        },
+        EffectName::Falloff => {
+            let (most, threshold) = (digits(small::largest_falloff(scene)), digits(view.falloff_threshold()));
+            let key = if asked { "light changes" } else { "render.falloff = false; light would change" };
+            (asked, is_seen, format!("{key} by up to {most}, threshold {threshold}"))
+        }
+        EffectName::Diffraction => {
+            let (_, because) = diffraction::reason(view);
+            let key = if scene.render.diffraction { "" } else { "render.diffraction = false; " };
+            (asked, is_seen, format!("{key}{because}"))
+        }
+    }
+}
+
+pub(super) fn pixels(number: f64) -> String {
+    if number.is_finite() { format!("{} px", digits(number)) } else { "beyond measure".into() }
+}
+
+/// Two digits after the point, or as many as a small number needs to show two.
+pub(super) fn digits(number: f64) -> String {
+    let places = match number {
+        number if (1e-9..0.1).contains(&number) => (1.0 - libm::floor(libm::log10(number))) as usize,
+        _ => 2,
+    };
+    format!("{number:.places$}")
+}
