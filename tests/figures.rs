@@ -156,7 +156,9 @@ fn the_program_lists_writes_draws_and_checks_figures() {
     run(&["diagram", "glyph.toml"])
         .expect(2, &["glyph.toml:3:11", "no glyph", "use Latin, Greek or Cyrillic letters"]);
     // A kind that draws files of its reader's says so.
-    for (kind, key) in [("figure-1", "scenes"), ("view-pair", "picture"), ("heat-map", "data")] {
+    let needs =
+        [("figure-1", "scenes"), ("view-pair", "picture"), ("pictures", "pictures"), ("heat-map", "data")];
+    for (kind, key) in needs {
         let new = run(&["diagram", "--new", kind]);
         assert!(new.code == 0 && new.out.contains(&format!("`{key}`")), "{kind}: {}", new.out);
     }

@@ -22,6 +22,7 @@ mod limits_compared;
 mod movements;
 mod perspective_correction;
 mod picture;
+mod pictures;
 mod plot;
 mod plot_axis;
 mod plot_data;
@@ -179,6 +180,15 @@ pub const KINDS: &[Kind] = &[
             "a rendered picture with its diagram beside it, the sharp line marked in both",
             view_pair::draw,
             [keys::CameraKeys, stage::SectionKeys, view_pair::Keys]
+        )
+    },
+    Kind {
+        needs: Some("pictures"),
+        ..kind!(
+            "pictures",
+            "pictures side by side with their names, to be compared",
+            pictures::draw,
+            [pictures::Keys]
         )
     },
     kind!("plot", "a chart of numbers from CSV or JSON, with error bars", plot::draw, [plot_keys::Keys]),

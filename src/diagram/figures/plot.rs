@@ -8,7 +8,7 @@ use super::file::{Input, Page};
 use super::plot_axis::{Axis, Range, Scale, Tick};
 use super::plot_keys::{AxisKeys, GuideKeys, Keys, SeriesKeys};
 use super::plot_names::{self, Names};
-use super::plot_series::{self, Series};
+use super::plot_series::{self, DataPoint, Series};
 use crate::diagram::display_list::{Fill, Group, Item, Point, Segment, Shape, Stroke};
 use crate::diagram::lettering;
 use crate::diagram::panel::Panel;
@@ -103,13 +103,14 @@ fn settle(
     };
     let is_log = |axis: &AxisKeys| axis.scale.as_deref() == Some("log");
     let points = || all.iter().flat_map(|series| &series.points);
-    let xs = points().map(|p| p.x).collect();
-    let bars = |p: &plot_series::DataPoint| p.bar.map_or(vec![p.y], |[low, high]| vec![low, high, p.y]);
-    // An error bar that reaches below zero leaves a logarithmic axis at its lower end.
-    let ys = points().flat_map(bars).filter(|&y| !is_log(&keys.y) || y > 0.0);
-    let bad = points().find(|p| is_log(&keys.y) && p.y <= 0.0).map(|p| p.y);
-    let x = range(&keys.x, "x", xs, room_across[0])?;
-    let y = range(&keys.y, "y", ys.chain(bad).collect(), room_across[1])?;
+    // An error bar that reaches below zero leaves a logarithmic axis at its lower end; a point there is an error.
+    let values = |axis: &AxisKeys, value: fn(&DataPoint) -> f64, bar: fn(&DataPoint) -> Option<[f64; 2]>| {
+        let fits = |value: &f64| !is_log(axis) || *value > 0.0;
+        let ends = points().filter_map(bar).flatten().filter(fits);
+        points().map(value).chain(ends).collect::<Vec<f64>>()
+    };
+    let x = range(&keys.x, "x", values(&keys.x, |p| p.x, |p| p.level_bar), room_across[0])?;
+    let y = range(&keys.y, "y", values(&keys.y, |p| p.y, |p| p.bar), room_across[1])?;
 
     let ticks = y.ticks(room_across[1], &keys.y.ticks);
     let mut widest: f64 = 0.0;
@@ -152,7 +153,7 @@ fn look(theme: &Theme, i: usize, keys: &SeriesKeys, series: &Series, x: &Axis, y
     let hues = theme.series();
     let hue = hues.get(i % hues.len()).copied().unwrap_or(theme.lens);
     let dash = DASHES.get((i + i / hues.len()) % DASHES.len()).copied().unwrap_or_default();
-    let at = |p: &plot_series::DataPoint| [x.page(p.x), y.page(p.y)];
+    let at = |p: &DataPoint| [x.page(p.x), y.page(p.y)];
     let apart = series.points.windows(2).all(|w| distance(at(&w[0]), at(&w[1])) >= APART);
     Look {
         hue,
@@ -323,22 +324,17 @@ fn titles(chart: &Chart, keys: &Keys, sheet: &Sheet) -> Result<Vec<Item>> {
 /// A series: error bars under the line, markers over it. What lies beyond a given end of an axis is cut off.
 fn series_group(chart: &Chart, series: &Series, look: Look, theme: &Theme) -> Group {
     let panel = &chart.panel;
-    let at = |p: &plot_series::DataPoint| [chart.x.page(p.x), chart.y.page(p.y)];
+    let at = |p: &DataPoint| [chart.x.page(p.x), chart.y.page(p.y)];
     let mut items = Vec::new();
     let mut bars = Vec::new();
-    for point in &series.points {
-        let Some([low, high]) = point.bar else { continue };
-        let page = |y: f64| {
-            if chart.y.range.scale == Scale::Log && y <= 0.0 { panel.frame[3] + 9.0 } else { chart.y.page(y) }
-        };
-        let (x, low, high) = (chart.x.page(point.x), page(low), page(high));
-        if let Some((a, b)) = panel.clip_segment([x, low], [x, high]) {
+    for (a, b) in series.points.iter().flat_map(|point| bar_ends(chart, point)) {
+        if let Some((from, to)) = panel.clip_segment(a, b) {
             let stroke = solid(look.hue.line, BAR);
-            bars.push(Shape::line(a, b, stroke));
-            for cap in [[x, low], [x, high]] {
-                if panel.holds(cap, 0.0) {
-                    bars.push(Shape::line([x - 0.7, cap[1]], [x + 0.7, cap[1]], stroke));
-                }
+            bars.push(Shape::line(from, to, stroke));
+            // Caps lie across the bar.
+            let [dx, dy] = if a[0] == b[0] { [0.7, 0.0] } else { [0.0, 0.7] };
+            for [x, y] in [a, b].into_iter().filter(|&end| panel.holds(end, 0.0)) {
+                bars.push(Shape::line([x - dx, y - dy], [x + dx, y + dy], stroke));
             }
         }
     }
@@ -370,12 +366,24 @@ fn series_group(chart: &Chart, series: &Series, look: Look, theme: &Theme) -> Gr
     if shown.len() < series.points.len() {
         items.push(Item::Group(Group::off_page("some-points", "beyond")));
     }
-    let list = |value: &dyn Fn(&plot_series::DataPoint) -> f64| {
+    let list = |value: &dyn Fn(&DataPoint) -> f64| {
         shown.iter().map(|p| exact(value(p))).collect::<Vec<_>>().join(" ")
     };
     let data =
         vec![("data-series", plain(&series.name)), ("data-x", list(&|p| p.x)), ("data-y", list(&|p| p.y))];
     Group { part: Some("series"), data, items, ..Group::default() }
+}
+
+/// The ends of a point's error bars on the page. One that leaves a logarithmic axis ends beyond the frame.
+pub(crate) fn bar_ends(chart: &Chart, point: &DataPoint) -> Vec<(Point, Point)> {
+    let [left, _, _, bottom] = chart.panel.frame;
+    let page = |axis: &Axis, value: f64, beyond: f64| {
+        if axis.range.scale == Scale::Log && value <= 0.0 { beyond } else { axis.page(value) }
+    };
+    let [x, y] = [chart.x.page(point.x), chart.y.page(point.y)];
+    let upright = point.bar.map(|ends| ends.map(|value| [x, page(&chart.y, value, bottom + 9.0)]));
+    let level = point.level_bar.map(|ends| ends.map(|value| [page(&chart.x, value, left - 9.0), y]));
+    [upright, level].into_iter().flatten().map(|[a, b]| (a, b)).collect()
 }
 
 /// Six shapes, filled, then the same hollow.

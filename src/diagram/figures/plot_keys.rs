@@ -91,6 +91,14 @@ pub(crate) struct SeriesKeys {
     #[serde(default)]
     #[schemars(length(min = 1), example = vec![0.12, 0.055])]
     pub(crate) high: Option<Vec<f64>>,
+    /// Where each point's level error bar begins, in values of x.
+    #[serde(default)]
+    #[schemars(length(min = 1), example = vec![15.0, 60.0])]
+    pub(crate) x_low: Option<Vec<f64>>,
+    /// Where each point's level error bar ends.
+    #[serde(default)]
+    #[schemars(length(min = 1), example = vec![17.0, 70.0])]
+    pub(crate) x_high: Option<Vec<f64>>,
     /// The column of the table with the values from left to right.
     #[serde(default)]
     #[schemars(length(min = 1), example = &"samples")]
@@ -111,6 +119,14 @@ pub(crate) struct SeriesKeys {
     #[serde(default)]
     #[schemars(length(min = 1), example = &"most")]
     pub(crate) high_column: Option<String>,
+    /// The column with the left ends of the level error bars.
+    #[serde(default)]
+    #[schemars(length(min = 1), example = &"soonest")]
+    pub(crate) x_low_column: Option<String>,
+    /// The column with the right ends of the level error bars.
+    #[serde(default)]
+    #[schemars(length(min = 1), example = &"latest")]
+    pub(crate) x_high_column: Option<String>,
     /// A column of which only the rows that say `only` are taken.
     #[serde(default)]
     #[schemars(length(min = 1), example = &"method")]

@@ -1,7 +1,7 @@
 //! Names in charts. In: the chart as drawn. Out: the series' names at their lines' ends, or in a legend that touches
 //! nothing (in the frame where there is room, else beside it), and the guides' names along them.
 
-use super::plot::{Chart, LINE, Look, MARK, marker};
+use super::plot::{Chart, LINE, Look, MARK, bar_ends, marker};
 use super::plot_series::Series;
 use crate::diagram::canvas;
 use crate::diagram::display_list::{Fill, Group, Item, Point, Shape};
@@ -255,10 +255,8 @@ fn obstacles(chart: &Chart) -> Vec<Obstacle> {
         for point in &series.points {
             let p = at(point.x, point.y);
             add(p, p, MARK, Weight::Heavy);
-            if let Some([low, high]) = point.bar {
-                let (a, b) = (chart.y.page(low), chart.y.page(high));
-                let floor = if a.is_finite() { a } else { chart.panel.frame[3] };
-                add([p[0], floor], [p[0], b], 0.8, Weight::Heavy);
+            for (a, b) in bar_ends(chart, point) {
+                add(a, b, 0.8, Weight::Heavy);
             }
         }
     }

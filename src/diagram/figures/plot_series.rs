@@ -7,12 +7,15 @@ use super::plot_keys::SeriesKeys;
 use crate::error::{Error, Result};
 use crate::scene::nearest;
 
-/// A point and the ends of its error bar.
+/// A point and the ends of its error bars.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DataPoint {
     pub(crate) x: f64,
     pub(crate) y: f64,
+    /// Upright, in values of y.
     pub(crate) bar: Option<[f64; 2]>,
+    /// Level, in values of x.
+    pub(crate) level_bar: Option<[f64; 2]>,
 }
 
 /// Points in the file's order.
@@ -79,9 +82,16 @@ pub(crate) fn read(
     let error = column("error", &keys.error, &keys.error_column)?;
     let low = column("low", &keys.low, &keys.low_column)?;
     let high = column("high", &keys.high, &keys.high_column)?;
-    for (name, other) in
-        [("y", Some(&y)), ("error", error.as_ref()), ("low", low.as_ref()), ("high", high.as_ref())]
-    {
+    let x_low = column("x_low", &keys.x_low, &keys.x_low_column)?;
+    let x_high = column("x_high", &keys.x_high, &keys.x_high_column)?;
+    for (name, other) in [
+        ("y", Some(&y)),
+        ("error", error.as_ref()),
+        ("low", low.as_ref()),
+        ("high", high.as_ref()),
+        ("x_low", x_low.as_ref()),
+        ("x_high", x_high.as_ref()),
+    ] {
         if let Some(other) = other
             && other.len() != x.len()
         {
@@ -101,12 +111,16 @@ pub(crate) fn read(
     let mut points = Vec::new();
     for (i, (x, y)) in x.iter().zip(&y).enumerate() {
         let (Some(x), Some(y)) = (*x, *y) else { continue };
-        let bar = match (pick(&error, i), pick(&low, i), pick(&high, i)) {
-            (Some(half), ..) => Some([y - half.abs(), y + half.abs()]),
-            (None, None, None) => None,
-            (None, low, high) => Some([low.unwrap_or(y), high.unwrap_or(y)]),
+        let ends = |low: Option<f64>, high: Option<f64>, value: f64| match (low, high) {
+            (None, None) => None,
+            (low, high) => Some([low.unwrap_or(value), high.unwrap_or(value)]),
         };
-        points.push(DataPoint { x, y, bar });
+        let bar = match pick(&error, i) {
+            Some(half) => Some([y - half.abs(), y + half.abs()]),
+            None => ends(pick(&low, i), pick(&high, i), y),
+        };
+        let level_bar = ends(pick(&x_low, i), pick(&x_high, i), x);
+        points.push(DataPoint { x, y, bar, level_bar });
     }
     if points.is_empty() {
         return Err(input.document.error(&format!("series[{index}]"), "the series has no point"));
