@@ -1,4 +1,5 @@
-//! Progress on a terminal: nothing for the first half second, then a bar with the time left.
+//! Progress: on a terminal nothing for the first half second, then a bar with the time left; elsewhere nothing, or a line now and
+//! then for work that takes minutes.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
@@ -12,7 +13,12 @@ const PATIENCE: Duration = Duration::from_millis(500);
 pub(super) struct Progress {
     started: Instant,
     bar: Option<Mutex<Shown>>,
+    /// When the last line was written, for what is no terminal.
+    lines: Option<Mutex<Instant>>,
 }
+
+/// How often a line is written.
+const LINES: Duration = Duration::from_secs(10);
 
 struct Shown {
     bar: ProgressBar,
@@ -30,11 +36,26 @@ impl Progress {
             }
             Mutex::new(Shown { bar, what: String::new(), visible: false })
         });
-        Self { started: Instant::now(), bar }
+        Self { started: Instant::now(), bar, lines: None }
+    }
+
+    /// As [`Progress::new`], and where there is no terminal, a line every ten seconds.
+    pub(super) fn with_lines() -> Self {
+        let progress = Self::new();
+        let lines = progress.bar.is_none().then(|| Mutex::new(Instant::now()));
+        Self { lines, ..progress }
     }
 
     /// `done` of `total` of `what`; may come from any thread.
     pub(super) fn tell(&self, what: &str, done: u64, total: u64) {
+        if let Some(Ok(mut last)) = self.lines.as_ref().map(Mutex::try_lock)
+            && last.elapsed() >= LINES
+        {
+            *last = Instant::now();
+            let part = done as f64 / total.max(1) as f64;
+            let left = self.started.elapsed().as_secs_f64() * (1.0 - part) / part.max(1e-3);
+            super::report::progress(&format!("{what}: {:.0} %, about {left:.0} s left", 100.0 * part));
+        }
         let Some(bar) = &self.bar else { return };
         if self.started.elapsed() < PATIENCE {
             return;

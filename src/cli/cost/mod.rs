@@ -6,6 +6,7 @@
 
 mod answers;
 mod approximation;
+mod crops;
 mod reference;
 mod report;
 mod study;
@@ -58,6 +59,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         .output
         .clone()
         .unwrap_or_else(|| PathBuf::from("groundglass-out").join(format!("{stem}-cost")));
+    if folder.exists() && !folder.is_dir() {
+        return Err(Error::new(ErrorKind::Io, "is a file, and a study writes a folder of files")
+            .in_file(folder.display().to_string())
+            .remedy("name a folder with -o"));
+    }
     // Held to the end: a study that cannot begin leaves no folder.
     let _folder = match arguments.output {
         None => output::Folder::make(&folder)?,

@@ -2,49 +2,61 @@
 
 use super::super::{diagram, output, report as tell};
 use super::answers;
+use super::crops::{self, MOST_CROPS, crop_name};
 use super::study::{BASELINE, Measured, Study, nothing};
-use super::ways::{ADAPTIVE, APPROXIMATION, Setting, Step, UNIFORM};
+use super::ways::{self, ADAPTIVE, APPROXIMATION, UNIFORM};
 use groundglass::diagram::{Changes, FigureFile};
 use groundglass::error::Result;
-use groundglass::picture::Exposure;
 use groundglass::scene::{Document, Memory};
 use std::fmt::Write as _;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
-/// Pixels on the side of a crop, and how much larger it is shown.
-const CROP: u32 = 64;
-const ZOOM: u32 = 3;
+/// The sequences that are compared, and what they are called.
+const SEQUENCES: [(&str, &str); 4] = [
+    (UNIFORM, "Sobol, scrambled"),
+    ("halton points", "Halton"),
+    ("rank-1 points", "rank-1"),
+    ("random points", "random"),
+];
+
+const CHARTS: [&str; 4] = ["cost", "points", "optics", "crops"];
+const ENDINGS: [&str; 4] = ["toml", "svg", "pdf", "png"];
+
+/// All that a study writes, the table last.
+pub(super) fn files() -> Vec<String> {
+    let charts = CHARTS.iter().flat_map(|chart| ENDINGS.map(|ending| format!("{chart}.{ending}")));
+    let crops = (1..=MOST_CROPS).map(crop_name);
+    let rest = ["cost.csv", "optics.csv", "cost.md", "converged.exr", "cost.json"].map(str::to_owned);
+    charts.chain(crops).chain(rest).collect()
+}
 
 pub(super) fn write(study: &Study<'_>, stem: &str, folder: &Path) -> Result<()> {
     let text = |name: &str, text: &str| output::write_text(&folder.join(name), &study.read, text);
     text("cost.csv", &csv(study))?;
     let optics = answers::measure();
     text("optics.csv", &answers::csv(&optics))?;
-    let charts = [
-        (
-            "cost",
-            "What accuracy costs",
-            chart(study, "What accuracy costs", &[UNIFORM, ADAPTIVE, APPROXIMATION], true),
-        ),
-        ("points", "Sequences of samples", slopes(study)),
-        ("optics", "What exact optics cost", answers::chart(&optics)),
-    ];
-    for (name, _, toml) in &charts {
+    let crops = crops::draw(study)?;
+    let mut pictures = Memory::new();
+    for (i, crop) in crops.iter().enumerate() {
+        let (name, mut png) = (crop_name(i + 1), Vec::new());
+        crop.picture.write_png(study.scene.render.exposure_ev, &[], &mut png)?;
+        output::write_whole(&folder.join(&name), &study.read, |file| {
+            std::io::Write::write_all(file, &png).map_err(|error| output::broken(&folder.join(&name), &error))
+        })?;
+        pictures = pictures.with(&name, png);
+    }
+    let charts =
+        [chart(study, stem), slopes(study, stem), answers::chart(&optics), crops::figure(stem, &crops)];
+    for (name, toml) in CHARTS.into_iter().zip(&charts) {
         text(&format!("{name}.toml"), toml)?;
         let document = Document::from_bytes(toml.as_bytes(), &format!("{name}.toml"))?;
         let figure =
-            FigureFile::from_document(document)?.draw(&Memory::new(), Path::new(""), Changes::default())?;
-        for ending in ["svg", "pdf", "png"] {
+            FigureFile::from_document(document)?.draw(&pictures, Path::new(""), Changes::default())?;
+        for ending in &ENDINGS[1..] {
             diagram::write(&figure, &folder.join(name).with_extension(ending), &study.read)?;
         }
     }
-    let crops = crops(study)?;
-    let path = folder.join("crops.png");
-    output::write_whole(&path, &study.read, |file| {
-        crops.picture.write_png(study.scene.render.exposure_ev, &[], file)
-    })?;
-    text("cost.md", &(page(study, stem, &crops.names) + &answers::words(&optics)))
+    text("cost.md", &(page(study, stem) + &answers::words(&optics)))
 }
 
 fn rows<'a>(study: &'a Study<'_>, way: &str) -> Vec<&'a Measured> {
@@ -127,50 +139,64 @@ fn numbers(rows: &[&Measured], pick: impl Fn(&Measured) -> f64) -> String {
     format!("[{}]", words.join(", "))
 }
 
-fn series(name: &str, rows: &[&Measured], x: impl Fn(&Measured) -> f64, more: &str) -> String {
-    format!(
-        "\n[[series]]\nname = \"{name}\"\nx = {}\ny = {}\nlow = {}\nhigh = {}\n{more}",
-        numbers(rows, x),
-        numbers(rows, |row| row.seconds),
-        numbers(rows, |row| row.seconds_low),
-        numbers(rows, |row| row.seconds_high)
-    )
+/// Threads and vector instructions that times are of.
+fn machine(study: &Study<'_>) -> String {
+    let threads = study.table.threads;
+    let threads = if threads == 1 { "one thread".to_owned() } else { format!("{threads} threads") };
+    let simd =
+        study.table.simd.to_uppercase().replace("AVX512", "AVX-512").replace("SCALAR", "no SIMD level");
+    format!("{threads}, {simd}")
 }
 
-/// Seconds against the error, true and stated.
-fn chart(study: &Study<'_>, title: &str, ways: &[&str], stated: bool) -> String {
+/// A text as TOML writes it.
+pub(super) fn quoted(text: &str) -> String {
+    let plain: String = text.chars().filter(|c| !c.is_control() && !"*_\"\\".contains(*c)).collect();
+    format!("\"{plain}\"")
+}
+
+/// The error, true and stated, against seconds.
+fn chart(study: &Study<'_>, stem: &str) -> String {
+    let (table, title) = (&study.table, quoted(&format!("What accuracy costs: {stem}")));
     let mut text = format!(
-        "# Made by `groundglass cost`; bars are the shortest and the longest of several runs.\nkind = \"plot\"\ntitle = \"{title}\"\n\
-         width_mm = 130.0\n\n[x]\ntitle = \"error of the picture, RMS\"\nscale = \"log\"\n\n[y]\ntitle = \"time\"\nunit = \"s\"\n\
-         scale = \"log\"\n"
+        "# Made by `groundglass cost`: {} x {} pixels; bars are the shortest and the longest of several runs.\nkind = \"plot\"\n\
+         title = {title}\nwidth_mm = 130.0\n\n[x]\ntitle = \"time of a picture, {}\"\nunit = \"s\"\nscale = \"log\"\n\n[y]\n\
+         title = \"error of the picture, RMS: lines true, points stated\"\nscale = \"log\"\n",
+        table.width,
+        table.height,
+        machine(study)
     );
-    for way in ways {
-        let rows = rows(study, way);
+    let mut series = |name: &str, rows: &[&Measured], error: &dyn Fn(&Measured) -> f64, more: &str| {
         if !rows.is_empty() {
-            text += &series(way, &rows, |row| row.true_rms, "");
+            let _ = write!(
+                text,
+                "\n[[series]]\nname = \"{name}\"\nx = {}\ny = {}\nx_low = {}\nx_high = {}\n{more}",
+                numbers(rows, |row| row.seconds),
+                numbers(rows, error),
+                numbers(rows, |row| row.seconds_low),
+                numbers(rows, |row| row.seconds_high),
+            );
         }
+    };
+    for (way, stated) in [(UNIFORM, "uniform, stated"), (ADAPTIVE, "adaptive, stated"), (APPROXIMATION, "")] {
+        let rows = rows(study, way);
+        series(way, &rows, &|row| row.true_rms, if rows.len() > 1 { "" } else { "line = false\n" });
         let known: Vec<&Measured> =
-            rows.into_iter().filter(|row| row.stated_rms.is_some_and(|e| e > 0.0)).collect();
-        if stated && *way == UNIFORM && !known.is_empty() {
-            text += &series("stated error", &known, |row| row.stated_rms.unwrap_or(1.0), "line = false\n");
+            rows.into_iter().filter(|row| row.stated_rms.is_some_and(|error| error > 0.0)).collect();
+        if !stated.is_empty() {
+            series(stated, &known, &|row| row.stated_rms.unwrap_or(1.0), "line = false\n");
         }
     }
     text
 }
 
 /// Error against the number of samples for the sequences.
-fn slopes(study: &Study<'_>) -> String {
-    let mut text = "# Made by `groundglass cost`.\nkind = \"plot\"\ntitle = \"Sequences of samples\"\nwidth_mm = 130.0\n\n\
-                    [x]\ntitle = \"samples *N* for each pixel\"\nscale = \"log\"\n\n[y]\ntitle = \"error of the picture, RMS\"\n\
-                    scale = \"log\"\n"
-        .to_owned();
-    let ways = [
-        (UNIFORM, "Sobol, scrambled"),
-        ("halton points", "Halton"),
-        ("rank-1 points", "rank-1"),
-        ("random points", "random"),
-    ];
-    for (way, name) in ways {
+fn slopes(study: &Study<'_>, stem: &str) -> String {
+    let title = quoted(&format!("Sequences of samples: {stem}"));
+    let mut text = format!(
+        "# Made by `groundglass cost`.\nkind = \"plot\"\ntitle = {title}\nwidth_mm = 130.0\n\n[x]\n\
+         title = \"samples *N* for each pixel\"\nscale = \"log\"\n\n[y]\ntitle = \"error of the picture, RMS\"\nscale = \"log\"\n"
+    );
+    for (way, name) in SEQUENCES {
         let rows = rows(study, way);
         if !rows.is_empty() {
             let _ = write!(
@@ -184,71 +210,32 @@ fn slopes(study: &Study<'_>) -> String {
     text
 }
 
-struct Crops {
-    picture: Exposure,
-    names: Vec<String>,
-}
-
-/// The part of the picture where few samples are most wrong, in several pictures of it side by side.
-fn crops(study: &Study<'_>) -> Result<Crops> {
-    let cancel = AtomicBool::new(false);
-    let Some(truth) = &study.truth else { return Err(nothing()) };
-    let draw = |way: &str, setting| study.draw(&Step { way: way.to_owned(), setting }, &cancel);
-    let mut pictures = vec![("N = 16".to_owned(), draw(UNIFORM, Setting::Samples(16))?)];
-    pictures.push(("N = 16, random points".to_owned(), draw("random points", Setting::Samples(16))?));
-    pictures.push(("N = 64".to_owned(), draw(UNIFORM, Setting::Samples(64))?));
-    if !rows(study, APPROXIMATION).is_empty() {
-        pictures.push((APPROXIMATION.to_owned(), draw(APPROXIMATION, Setting::Approximation(16))?));
-    }
-    let (left, top) = worst(&pictures[0].1, truth);
-    pictures.push(("converged".to_owned(), truth.clone()));
-    let (width, height) = (CROP.min(truth.width()), CROP.min(truth.height()));
-    let gap = 2;
-    let across = pictures.len() as u32 * (width * ZOOM + gap) - gap;
-    let mut rows = Vec::new();
-    for y in 0..height * ZOOM {
-        for (i, (_, picture)) in pictures.iter().enumerate() {
-            if i > 0 {
-                rows.extend([[1.0; 3]; 2]);
-            }
-            rows.extend((0..width * ZOOM).map(|x| picture.pixel(left + x / ZOOM, top + y / ZOOM)));
-        }
-    }
-    let samples = truth.samples().clone();
-    let picture = Exposure::from_rows(across, height * ZOOM, &rows, samples);
-    Ok(Crops { picture, names: pictures.into_iter().map(|(name, _)| name).collect() })
-}
-
-/// Left top of the crop with the largest error.
-fn worst(picture: &Exposure, truth: &Exposure) -> (u32, u32) {
-    let steps = |size: u32| (0..=size.saturating_sub(CROP)).step_by(CROP as usize / 2);
-    let places = steps(truth.height()).flat_map(|y| steps(truth.width()).map(move |x| (x, y)));
-    let error = |&(left, top): &(u32, u32)| -> f64 {
-        let pixels = (top..top + CROP).flat_map(|y| (left..left + CROP).map(move |x| (x, y)));
-        pixels
-            .flat_map(|(x, y)| picture.pixel(x, y).into_iter().zip(truth.pixel(x, y)))
-            .map(|(a, b)| f64::from(a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)))
-            .map(|gap| gap * gap)
-            .sum()
-    };
-    places.max_by(|a, b| error(a).total_cmp(&error(b))).unwrap_or((0, 0))
-}
-
-fn page(study: &Study<'_>, stem: &str, crops: &[String]) -> String {
+fn page(study: &Study<'_>, stem: &str) -> String {
     let table = &study.table;
+    let converged = match table.converged_rms {
+        Some(error) => format!(
+            "{} samples with another seed, which states an error of {} itself",
+            table.converged_samples,
+            tell::rms(error)
+        ),
+        None => format!("{} samples with another seed", table.converged_samples),
+    };
+    let not_measured = match ways::unknown_to_reference(study.scene) {
+        Some(effects) => {
+            format!("The ways in double precision are left out: that renderer has no {effects}.\n\n")
+        }
+        None => String::new(),
+    };
     let mut text = format!(
-        "# What accuracy costs: {stem}\n\n{}\n\n{} x {} pixels, {} threads, {}; against a converged picture of {} samples with \
-         another seed. Errors are root mean squares over the picture, linear light, clamped to 0..1. Times are the median of \
-         several runs; the ratio is to {BASELINE} uniform samples drawn just before.\n\n![Time against error](cost.svg)\n\n\
-         ![Error against samples](points.svg)\n\n![Crops](crops.png)\n\nFrom the left: {}.\n\n\
+        "# What accuracy costs: {stem}\n\n{}\n\n{} x {} pixels, {}; against a converged picture of {converged}. Errors are root mean \
+         squares over the picture, linear light, clamped to 0..1. Times are the median of three runs (two where one takes long); the \
+         ratio is to {BASELINE} uniform samples drawn just before each.\n\n![Error against time](cost.svg)\n\n\
+         ![Error against samples](points.svg)\n\n![The part of the picture where 16 samples are most wrong](crops.svg)\n\n{not_measured}\
          | way | setting | samples | true error | stated | seconds | ratio |\n|---|---|---|---|---|---|---|\n",
         sentence(study),
         table.width,
         table.height,
-        table.threads,
-        table.simd,
-        table.converged_samples,
-        crops.join("; "),
+        machine(study),
     );
     for row in &table.measured {
         let stated = row.stated_rms.map_or("-".to_owned(), |error| format!("{error:.5}"));

@@ -20,8 +20,8 @@ use std::time::Instant;
 const TRUTH: u32 = 8192;
 const QUICK_TRUTH: u32 = 2048;
 
-/// A picture that takes longer than this is timed once.
-const LONG_SECONDS: f64 = 4.0;
+/// A picture is timed three times; one that takes longer than this, twice, so that times have their bars.
+const LONG_SECONDS: f64 = 6.0;
 const QUICK_LONG_SECONDS: f64 = 0.3;
 
 /// A quick study begins no step after so long.
@@ -41,11 +41,11 @@ pub(super) struct Measured {
     pub(super) true_rms: f64,
     /// What the picture says of itself.
     pub(super) stated_rms: Option<f64>,
-    /// The median of the times, the shortest and the longest.
+    /// The median of the times (of two, their mean), the shortest and the longest.
     pub(super) seconds: f64,
     pub(super) seconds_low: f64,
     pub(super) seconds_high: f64,
-    /// The median over the time of 64 uniform samples, drawn just before.
+    /// The median of the times, each over that of 64 uniform samples, drawn just before it.
     pub(super) ratio: f64,
 }
 
@@ -61,6 +61,9 @@ pub(super) struct Table {
     pub(super) simd: String,
     /// Samples of the converged picture, which has another seed.
     pub(super) converged_samples: u32,
+    /// The error that it states of itself.
+    #[serde(default)]
+    pub(super) converged_rms: Option<f64>,
     pub(super) measured: Vec<Measured>,
 }
 
@@ -98,12 +101,13 @@ impl<'a> Study<'a> {
             threads: limits.0.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
             simd: SimdLevel::best().name().to_owned(),
             converged_samples: if quick { QUICK_TRUTH } else { TRUTH },
+            converged_rms: None,
             measured: Vec::new(),
         };
         let (mut truth, mut holds_another) = (None, false);
         let found = kept(&folder.join("cost.json"), 16 << 20);
         if let Some(found) = found.and_then(|text| serde_json::from_slice::<Table>(&text).ok()) {
-            let blank = |table: &Table| Table { measured: Vec::new(), ..table.clone() };
+            let blank = |table: &Table| Table { measured: Vec::new(), converged_rms: None, ..table.clone() };
             let same = serde_json::to_string(&blank(&found)).ok() == serde_json::to_string(&table).ok();
             holds_another = !same && !found.measured.is_empty();
             if same {
@@ -120,46 +124,63 @@ impl<'a> Study<'a> {
     /// Measures what is not measured yet.
     pub(super) fn measure(&mut self, cancel: &AtomicBool) -> Result<()> {
         let steps = ladder(self.scene, self.table.quick);
-        let progress = Progress::new();
+        let progress = Progress::with_lines();
         let begun = Instant::now();
-        // Work left is counted in samples: times differ by way, but these are known beforehand.
-        let work = |step: &Step| match step.setting {
-            Setting::Samples(n) | Setting::ErrorOf(n) | Setting::Approximation(n) => {
-                u64::from(n + BASELINE) * 3
-            }
-            // A sample takes some fifty times as long, and is timed once.
-            Setting::Double(n) => u64::from(50 * n + BASELINE),
+        // What is left, in samples that take as long as those of the converged picture.
+        let mut left: Vec<f64> = steps
+            .iter()
+            .map(|step| if self.find(&step.way, &step.setting.name()).is_some() { 0.0 } else { work(step) })
+            .collect();
+        let tell = |what: &str, rate: f64, left: f64| {
+            // In milliseconds, so that the time left is as long as it says.
+            let (done, left) = (1e3 * begun.elapsed().as_secs_f64(), 1e3 * left * rate);
+            progress.tell(what, done as u64, (done + left) as u64);
         };
-        let truth_work = u64::from(self.table.converged_samples);
-        let total = truth_work + steps.iter().map(work).sum::<u64>();
-        let mut done = 0;
+        let mut rate = None;
         let truth = match self.truth.take() {
             Some(truth) => truth,
             None => {
+                let ladder: f64 = left.iter().sum();
+                let samples = f64::from(self.table.converged_samples);
                 let told = |tile: usize, tiles: usize| {
-                    progress.tell("converging", truth_work * tile as u64 / tiles.max(1) as u64, total);
+                    let part = tile as f64 / tiles.max(1) as f64;
+                    let rate = begun.elapsed().as_secs_f64() / (part * samples).max(1.0);
+                    tell("converging", rate, (1.0 - part) * samples + ladder);
                 };
                 let converged = self.converge(Execution { progress: Some(&told), ..self.execution(cancel) });
-                converged.map_err(|error| {
+                let truth = converged.map_err(|error| {
                     stopped(error, "nothing was measured yet: the converged picture comes first")
-                })?
+                })?;
+                rate = Some(begun.elapsed().as_secs_f64() / samples);
+                truth
             }
         };
-        done += truth_work;
-        for step in &steps {
-            progress.tell("measuring", done, total);
-            done += work(step);
+        for (i, step) in steps.iter().enumerate() {
+            tell("measuring", rate.unwrap_or(0.0), left.iter().sum());
             if self.find(&step.way, &step.setting.name()).is_none() {
                 if self.table.quick && begun.elapsed().as_secs_f64() > QUICK_SECONDS {
                     self.left += 1;
                     continue;
                 }
+                let start = Instant::now();
                 let measured = self.time(step, &truth, cancel).map_err(|error| {
                     let folder = self.folder.display();
                     stopped(error, format!("the same command goes on; {folder} keeps what was measured"))
                 })?;
+                // What one way took tells of its like: a sample of one is as dear as a thousand of another.
+                let took = start.elapsed().as_secs_f64();
+                let rate = *rate.get_or_insert(took / work(step));
+                let dearer = took / rate / work(step);
+                for (left, other) in left.iter_mut().zip(&steps).skip(i + 1) {
+                    if *left > 0.0 && is_like(step, other) {
+                        *left = dearer * work(other);
+                    }
+                }
                 self.table.measured.push(measured);
                 self.save()?;
+            }
+            if let Some(left) = left.get_mut(i) {
+                *left = 0.0;
             }
         }
         progress.finish();
@@ -186,6 +207,7 @@ impl<'a> Study<'a> {
         scene.render.budget = Budget::Samples(self.table.converged_samples);
         scene.render.seed = scene.render.seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let (truth, _) = render(&scene, execution)?;
+        self.table.converged_rms = truth.rms_error();
         if self.holds_another {
             self.set_aside()?;
         }
@@ -196,18 +218,27 @@ impl<'a> Study<'a> {
         Ok(truth)
     }
 
-    /// Renames the table of another study, and says so.
+    /// Moves all that another study wrote into a folder of its own, and says so.
     fn set_aside(&mut self) -> Result<()> {
-        let table = self.folder.join("cost.json");
-        let free = (1..).map(|n| self.folder.join(format!("cost.{n}.json"))).find(|path| !path.exists());
+        let free = (1..).map(|n| self.folder.join(format!("earlier-{n}"))).find(|path| !path.exists());
         let Some(kept) = free else { return Ok(()) };
-        std::fs::rename(&table, &kept).map_err(|error| output::broken(&table, &error))?;
+        std::fs::create_dir(&kept).map_err(|error| output::broken(&kept, &error))?;
+        for name in super::report::files() {
+            let file = self.folder.join(&name);
+            // The table last: without it nobody would know that there is something to move.
+            match std::fs::rename(&file, kept.join(&name)) {
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(output::broken(&file, &error));
+                }
+                _ => {}
+            }
+        }
         self.holds_another = false;
         report::warnings(&[Warning {
-            file: table.display().to_string(),
+            file: self.folder.display().to_string(),
             line: None,
             message: format!(
-                "this was of another scene or another way to measure, and is now {}",
+                "this held a study of another scene, or by another way to measure: it is in {} now",
                 kept.display()
             ),
         }]);
@@ -240,15 +271,18 @@ impl<'a> Study<'a> {
             Ok((picture, start.elapsed().as_secs_f64()))
         };
         let baseline = Step { way: UNIFORM.to_owned(), setting: Setting::Samples(BASELINE) };
-        let (_, baseline) = timed(&baseline)?;
-        let (picture, first) = timed(step)?;
-        let mut times = vec![first];
         let long = if self.table.quick { QUICK_LONG_SECONDS } else { LONG_SECONDS };
-        for _ in 0..if first > long { 0 } else { 2 } {
-            times.push(timed(step)?.1);
+        // By turns, so that what slows the machine down slows both.
+        let (_, base) = timed(&baseline)?;
+        let (picture, first) = timed(step)?;
+        let (mut times, mut ratios) = (vec![first], vec![first / base]);
+        for _ in 0..if first > long { 1 } else { 2 } {
+            let (_, base) = timed(&baseline)?;
+            let (_, seconds) = timed(step)?;
+            times.push(seconds);
+            ratios.push(seconds / base);
         }
-        times.sort_by(f64::total_cmp);
-        let seconds = times[times.len() / 2];
+        let (seconds, ratio) = (median(&mut times), median(&mut ratios));
         Ok(Measured {
             way: step.way.clone(),
             setting: step.setting.name(),
@@ -258,9 +292,30 @@ impl<'a> Study<'a> {
             seconds,
             seconds_low: times[0],
             seconds_high: times[times.len() - 1],
-            ratio: seconds / baseline,
+            ratio,
         })
     }
+}
+
+/// How long a step takes, in samples that take as long as those of the converged picture: a guess before it is measured.
+fn work(step: &Step) -> f64 {
+    match step.setting {
+        Setting::Samples(n) | Setting::ErrorOf(n) => 3.0 * f64::from(n + BASELINE),
+        Setting::Approximation(n) => 3.0 * f64::from(20 * n + BASELINE),
+        Setting::Double(n) => 3.0 * f64::from(50 * n + BASELINE),
+    }
+}
+
+/// Whether two steps take about as long a sample.
+fn is_like(a: &Step, b: &Step) -> bool {
+    std::mem::discriminant(&a.setting) == std::mem::discriminant(&b.setting)
+}
+
+/// The middle of the numbers, which it puts in order; of an even number of them the mean of the middle two.
+fn median(numbers: &mut [f64]) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    let middle = numbers.len() / 2;
+    if numbers.len() % 2 == 1 { numbers[middle] } else { 0.5 * (numbers[middle - 1] + numbers[middle]) }
 }
 
 /// An error with a remedy, if it is that the study was stopped.

@@ -56,7 +56,7 @@ pub(super) fn ladder(scene: &Scene, quick: bool) -> Vec<Step> {
     if plan.active().has(EffectName::Defocus) {
         steps.push(step(APPROXIMATION, Setting::Approximation(16)));
     }
-    if reference::knows(&plan) {
+    if reference::unknown(&plan).is_empty() {
         let textured = plan.active().has(EffectName::Textures);
         let filters = &reference::FILTERS[..if textured { reference::FILTERS.len() } else { 1 }];
         steps.extend(filters.iter().map(|(_, way)| step(way, Setting::Double(16))));
@@ -69,6 +69,12 @@ pub(super) fn ladder(scene: &Scene, quick: bool) -> Vec<Step> {
     }
     steps.extend(few.iter().map(|&n| step(UNSHARED, Setting::Samples(n))));
     steps
+}
+
+/// Effects of the scene that the renderer in double precision does not know, in words; none where it knows them all.
+pub(super) fn unknown_to_reference(scene: &Scene) -> Option<String> {
+    let unknown = reference::unknown(&RenderPlan::new(scene));
+    (!unknown.is_empty()).then(|| unknown.join(" and "))
 }
 
 /// Draws a step's picture; `error` is what [`Setting::ErrorOf`] asks for.

@@ -28,9 +28,10 @@ pub(super) const FILTERS: [(Filter, &str); 4] = [
     (Filter::Nearest, "64 bits, finest texels, nearest"),
 ];
 
-/// Whether all that the plan has in is known here.
-pub(super) fn knows(plan: &RenderPlan) -> bool {
-    ![EffectName::Coverage, EffectName::Diffraction].into_iter().any(|effect| plan.active().has(effect))
+/// What the plan has in and is not known here.
+pub(super) fn unknown(plan: &RenderPlan) -> Vec<&'static str> {
+    let not_known = [EffectName::Coverage, EffectName::Diffraction].into_iter();
+    not_known.filter(|&effect| plan.active().has(effect)).map(EffectName::name).collect()
 }
 
 /// `samples` of each pixel.
