@@ -8,10 +8,12 @@
 //! `cargo bench --bench render -- --quick`
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use groundglass::camera::{Aperture, Camera};
+use groundglass::optics::Optics;
 use groundglass::plan::RenderPlan;
-use groundglass::quantity::Angle;
+use groundglass::quantity::{Angle, FNumber};
 use groundglass::render::Stages;
-use groundglass::scene::{Budget, EffectName, Memory, parse};
+use groundglass::scene::{Blades, Budget, EffectName, Memory, parse};
 use groundglass::{Execution, Scene, render};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -136,9 +138,23 @@ fn left_out(c: &mut Criterion) {
     shadowed.surfaces.build_hierarchy();
     let mut soft = shadowed.clone();
     soft.sun.as_mut().expect("the tower's sun").angular_diameter = Angle::degrees(0.0001);
+    // A lens of a tenth of a millimetre, for which blur, shape and falloff over the lens are small; and a pinhole.
+    let small = |aperture: Aperture, blades: Option<Blades>| {
+        let mut scene = plain.clone();
+        scene.optics = Optics::new(&Camera { aperture, ..*scene.optics.camera() }).expect("a camera");
+        scene.blades = blades;
+        scene
+    };
+    let dot = Aperture::FNumber(FNumber::new(2000.0).expect("an f-number"));
+    let blades = Blades { count: 5, rotation: Angle::ZERO };
     let mut group = c.benchmark_group("left out");
     group.sample_size(20).throughput(Throughput::Elements(64 * pixels));
-    let pairs = [(EffectName::Diffraction, [plain, bent]), (EffectName::SoftShadows, [shadowed, soft])];
+    let pairs = [
+        (EffectName::Defocus, [small(Aperture::Pinhole, None), small(dot, None)]),
+        (EffectName::ApertureShape, [small(dot, None), small(dot, Some(blades))]),
+        (EffectName::Diffraction, [plain, bent]),
+        (EffectName::SoftShadows, [shadowed, soft]),
+    ];
     for (effect, scenes) in pairs {
         for (scene, words) in scenes.iter().zip(["not asked for", "asked for"]) {
             assert!(!RenderPlan::new(scene).active().has(effect));

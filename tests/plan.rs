@@ -5,13 +5,13 @@ mod common;
 mod program;
 
 use common::gap;
-use common::scenes::{Random, Setting, camera, scene, yard};
+use common::scenes::{Random, Setting, camera, plain, quad, scene, yard};
 use glam::DVec3;
 use groundglass::Exposure;
 use groundglass::plan::RenderPlan;
 use groundglass::quantity::{Angle, Length};
 use groundglass::render::{Execution, render};
-use groundglass::scene::{Blades, Budget, EffectChoice, EffectName, Scene};
+use groundglass::scene::{Blades, Budget, EffectChoice, EffectName, Scene, Surfaces};
 use program::{CAMERA, SMALL, folder, run};
 
 fn at(f_number: f64, seed: u64, tilt: f64) -> Scene {
@@ -154,6 +154,36 @@ fn a_scene_within_a_fraction_of_a_pixel_is_drawn_as_a_pinhole() {
     // The same lens centre, film and samples: whatever the aperture was.
     assert_eq!(gap(&draw(&sharp), &draw(&without)), 0.0);
     assert!(gap(&draw(&at(5.6, 3, 0.0)), &draw(&without)) > 0.003);
+}
+
+#[test]
+fn where_a_part_is_blurred_only_its_tiles_pay() {
+    // A wall of tiles in focus 4.6 m away at the left, and one at the right, as large as seen, in focus or much farther.
+    let requests = |far: [f64; 2]| {
+        let mut surfaces =
+            Surfaces { materials: vec![plain([0.7; 3]), plain([0.4; 3])], ..Surfaces::default() };
+        for (side, far) in far.into_iter().enumerate() {
+            for i in 0..400 {
+                let at = |x: i32, y: i32| {
+                    let x = 0.09 * f64::from(x) - if side == 0 { 1.85 } else { -0.05 };
+                    DVec3::new(x, 0.08 * f64::from(y) - 0.8, 0.0) * far + DVec3::new(0.0, 0.0, -4.6 * far)
+                };
+                let (x, y) = (i % 20, i / 20);
+                let corners = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
+                quad(&mut surfaces, corners, 1.0, (x + y) as u32 % 2);
+            }
+        }
+        let setting =
+            Setting { front: [0.0, 0.0], rear: [0.0, 0.0], f_number: 2.8, stretch: 1.0337, rise: 0.0 };
+        let camera = camera(DVec3::ZERO, DVec3::new(0.0, 0.0, -1.0), 150.0, setting);
+        let mut scene = scene(&camera, surfaces, 160, 64);
+        scene.render.share_shading = true;
+        render(&scene, Execution::default()).unwrap().1.shading_requests as f64
+    };
+    let [sharp, half, blurred] = [[1.0, 1.0], [1.0, 4.0], [4.0, 4.0]].map(requests);
+    println!("requests: {sharp} in focus, {half} with the right half blurred, {blurred} all");
+    assert!(blurred > 1.3 * sharp, "{sharp} and {blurred}");
+    assert!((half - sharp) / (blurred - sharp) < 0.55, "{sharp}, {half} and {blurred}");
 }
 
 #[test]

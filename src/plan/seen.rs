@@ -141,7 +141,7 @@ impl Light {
 }
 
 /// How much larger than the film the part of a triangle's plane is that is looked at: blur brings in what lies beside it.
-const MARGIN: f64 = 1.5;
+pub(super) const MARGIN: f64 = 1.5;
 
 /// The camera, for points in lens space.
 struct Frame<'a> {

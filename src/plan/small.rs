@@ -1,9 +1,10 @@
 //! Which of the effects that a scene asks for are too small to be seen: numbers against thresholds. In: a scene. Out: yes or no,
 //! without looking at more of the scene than it takes.
 
-use super::seen::Seen;
+use super::seen::{MARGIN, Seen};
 use super::{TOLERANCE, asks, diffraction, tolerance};
-use crate::scene::{EffectName, Scene};
+use crate::scene::{EffectName, Scene, bounds};
+use glam::DVec3;
 use std::cell::OnceCell;
 
 /// Blur below this many pixels is not worth a lens: half of it is under the pixel's own box filter. (A disk of diameter d
@@ -68,6 +69,26 @@ impl<'a> View<'a> {
         2.0 * libm::tan((0.5 * sun.angular_diameter.as_radians()).min(1.5)) * self.seen().shadow
     }
 
+    /// No less than [`Self::penumbra`], without a look at each triangle: light that goes through all of the scene, to its point
+    /// nearest to the camera, drawn as large as at the film's corner.
+    fn farthest_penumbra(&self) -> f64 {
+        let (scene, optics) = (self.scene, &self.scene.optics);
+        let Some(sun) = &scene.sun else { return 0.0 };
+        let [low, high] = bounds(&scene.surfaces.positions);
+        let extent = if low.cmple(high).all() { (high - low).length() } else { 0.0 };
+        let eye = optics.world_from_lens().point(DVec3::ZERO);
+        let nearest = (eye.clamp(low.min(high), high.max(low)) - eye).length();
+        let nearest = nearest.max(optics.camera().near.as_metres());
+        let film = optics.camera().film;
+        let (width, height) = (film.width.as_metres(), film.height.as_metres());
+        // As much more of the plane as is looked at.
+        let corners = FILM.map(|(x, y)| optics.film_point(MARGIN * x * width, MARGIN * y * height).length());
+        let farthest = corners.into_iter().fold(0.0, f64::max);
+        let pixel = width / f64::from(scene.render.width);
+        let magnification = farthest * farthest / optics.film_plane().e.abs() / nearest / pixel;
+        2.0 * libm::tan((0.5 * sun.angular_diameter.as_radians()).min(1.5)) * extent * magnification
+    }
+
     pub(super) fn blur_threshold(&self) -> f64 {
         self.scale * BLUR_PX / self.light()
     }
@@ -107,6 +128,7 @@ impl<'a> View<'a> {
             }
             EffectName::SoftShadows => {
                 scene.render.effects.without.has(EffectName::Shadows)
+                    || self.farthest_penumbra() < self.penumbra_threshold()
                     || self.penumbra() < self.penumbra_threshold()
             }
             EffectName::Falloff => largest_falloff(scene) < self.falloff_threshold(),
