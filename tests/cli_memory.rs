@@ -287,3 +287,48 @@ fn crc32(bytes: &[u8]) -> u32 {
         )
     })
 }
+
+/// A model of many triangles takes no more than 400 bytes for each of them, file, vertices, bins and all, beside what any picture
+/// takes.
+#[test]
+fn a_triangle_takes_no_more_than_400_bytes() {
+    const SIDE: u64 = 600;
+    let peak = |side: u64, samples: &str| {
+        let (_keep, folder) = folder("");
+        let mut mesh = String::new();
+        for i in 0..=side {
+            for j in 0..=side {
+                let [x, y] = [i, j].map(|c| 3.0 * (c as f64 / side as f64 - 0.5));
+                // Bumps, so that no two triangles are one surface.
+                mesh += &format!("v {x:.6} {y:.6} {:.6}\n", 0.2 * libm::sin(9.0 * x) * libm::sin(7.0 * y));
+            }
+        }
+        for i in 0..side {
+            for j in 1..=side {
+                let at = i * (side + 1) + j;
+                mesh += &format!(
+                    "f {at} {} {}\nf {} {at} {}\n",
+                    at + 1,
+                    at + side + 1,
+                    at + side + 2,
+                    at + side + 1
+                );
+            }
+        }
+        fs::write(folder.join("t.obj"), mesh).unwrap();
+        fs::write(folder.join("scene.toml"), format!("{CAMERA}[[mesh]]\npath = \"t.obj\"\n")).unwrap();
+        let words =
+            ["render", "scene.toml", "-o", "o.png", "--width", "320", "--samples", samples, "--threads", "2"];
+        let (code, errors, peak) = watched(command(&folder, &words));
+        assert_eq!(code, Some(0), "{errors}");
+        peak
+    };
+    for samples in ["1", "64"] {
+        let (few, many) = (peak(2, samples), peak(SIDE, samples));
+        let each = (many - few) / (2 * SIDE * SIDE);
+        println!("N = {samples}: {} and {} MiB, {each} bytes a triangle", few / MIB, many / MIB);
+        assert!(each <= 400, "{each} bytes");
+        // Or nothing was measured.
+        assert!(each >= 40, "{each} bytes");
+    }
+}

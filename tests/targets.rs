@@ -13,6 +13,7 @@ use groundglass::scene::{Budget, Files, Memory, Scene, Surfaces, parse};
 use groundglass::{ErrorKind, Exposure};
 use program::{CAMERA, TRIANGLE, run};
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 /// Surfaces with textures, seen with a wide aperture: some of the picture is sharp, some flat, some far out of focus.
@@ -194,6 +195,23 @@ fn the_same_bytes_for_any_thread_count_and_in_a_replay() {
     assert!(bits(&timed) == bits(&again) && timed.rms_error() == again.rms_error());
     let other = Allocation::from_text(8, 8, "16: 1x16").unwrap();
     assert_eq!(replay(&scene, &other, Execution::default()).unwrap_err().kind(), ErrorKind::Invalid);
+}
+
+/// By a clock that goes on by a tenth of a millisecond whenever it is read, and is slower or faster than the one before.
+#[test]
+fn a_time_is_kept_by_any_clock() {
+    for seconds in [0.05, 0.2, 1.0] {
+        let mut scene = blurred(5);
+        scene.render.budget = Budget::Seconds(seconds);
+        let reads = AtomicU64::new(0);
+        let clock = || reads.fetch_add(1, Ordering::Relaxed) as f64 * 1e-4;
+        let execution = Execution { threads: Some(1), clock: Some(&clock), ..Execution::default() };
+        let (picture, _) = render(&scene, execution).unwrap();
+        let read = reads.load(Ordering::Relaxed) as f64 * 1e-4;
+        println!("{seconds} s: {read} s, {} samples", picture.samples().mean());
+        assert!(read <= (1.05 * seconds).max(seconds + 0.05), "{read} s of {seconds}");
+        assert!(picture.rms_error().is_some_and(|error| error > 0.0));
+    }
 }
 
 #[test]

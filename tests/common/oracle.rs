@@ -7,6 +7,7 @@
 //! negative, and `1/w = l0 + l1 + l2` orders depth.
 
 use glam::{DMat3, DVec2, DVec3};
+use groundglass::optics::Ray;
 use groundglass::sampling::{self, ApertureShape, Diffraction};
 use groundglass::scene::{Budget, NONE, Scene, Texture};
 use std::sync::{Arc, Mutex};
@@ -16,24 +17,67 @@ use std::sync::{Arc, Mutex};
 pub struct Pixel {
     pub mean: DVec3,
     pub in_doubt: u32,
+    /// How far off single precision may be where textures are steep: see [`TEXEL`].
+    pub slack: f64,
 }
 
-/// Renders the pixel in column `i` and row `j`.
-pub fn pixel(scene: &Scene, i: u32, j: u32) -> Pixel {
-    let mut out = Pixel { mean: DVec3::ZERO, in_doubt: 0 };
+/// How far off single precision places a sample on a texture, in texels, blurred over hundreds of pixels.
+const TEXEL: f64 = 2e-4;
+
+/// A sample: where it goes through the lens and meets the film, in half pictures, and what it sees.
+struct Seen {
+    number: u32,
+    lens: DVec2,
+    film: DVec2,
+    toward: Option<DVec3>,
+    hit: Option<Hit>,
+    doubt: bool,
+}
+
+/// Renders the pixel in column `i` and row `j`. With `grouped` samples that see one triangle are shaded together, up to 64 in one go:
+/// the level of a texture is that of their mean place, and falloff the mean of it over the even or the odd ones.
+pub fn pixel(scene: &Scene, i: u32, j: u32, grouped: bool) -> Pixel {
+    let mut out = Pixel { mean: DVec3::ZERO, in_doubt: 0, slack: 0.0 };
     let Budget::Samples(n) = scene.render.budget else { panic!("the oracle needs a number of samples") };
     let stream = sampling::pixel_stream(i, j, n);
-    for k in 0..n {
-        let s = sampling::sample_through(&scene.aperture_shape(), scene.render.seed, stream, k);
-        let r = scene.optics.aperture_radius();
-        let (u, v) = (f64::from(s.lens[0]) * r, f64::from(s.lens[1]) * r);
-        let x = 2.0 * (f64::from(i) + f64::from(s.pixel[0])) / f64::from(scene.render.width) - 1.0;
-        let y = 1.0 - 2.0 * (f64::from(j) + f64::from(s.pixel[1])) / f64::from(scene.render.height);
-        let d = displacement(scene, (i, j), stream, k);
-        let (x, y) = (x + d.x, y + d.y);
-        let toward = scene.sun_direction((i, j), stream, k);
-        let (color, doubt) = radiance(scene, u, v, x, y, toward);
+    let samples: Vec<Seen> = (0..n)
+        .map(|k| {
+            let s = sampling::sample_through(&scene.aperture_shape(), scene.render.seed, stream, k);
+            let lens = DVec2::from_array(s.lens.map(f64::from)) * scene.optics.aperture_radius();
+            let x = 2.0 * (f64::from(i) + f64::from(s.pixel[0])) / f64::from(scene.render.width) - 1.0;
+            let y = 1.0 - 2.0 * (f64::from(j) + f64::from(s.pixel[1])) / f64::from(scene.render.height);
+            let film = DVec2::new(x, y) + displacement(scene, (i, j), stream, k);
+            let (hit, doubt) = see(scene, lens, film);
+            Seen { number: k, lens, film, toward: scene.sun_direction((i, j), stream, k), hit, doubt }
+        })
+        .collect();
+    for sample in &samples {
+        let same = |other: &&Seen| {
+            let triangles = [sample, other].map(|s| s.hit.as_ref().map(|hit| hit.triangle));
+            triangles[0] == triangles[1]
+        };
+        let group: Vec<&Seen> = if grouped { samples.iter().filter(same).collect() } else { Vec::new() };
+        // One in doubt moves the mean place of the others.
+        let mut doubt = sample.doubt || group.iter().any(|other| other.doubt);
+        let count = group.len() as f64;
+        let [lens, film] =
+            [|s: &&Seen| s.lens, |s: &&Seen| s.film].map(|of| group.iter().map(of).sum::<DVec2>() / count);
+        let place = if group.len() > 1 { (lens, film) } else { (sample.lens, sample.film) };
+        let (color, near, slack) = radiance(scene, sample, place);
+        doubt |= near;
+        let alike: Vec<f64> = group
+            .iter()
+            .filter(|other| other.number % 2 == sample.number % 2)
+            .map(|s| falloff(scene, s))
+            .collect();
+        let color = color
+            * if alike.is_empty() {
+                falloff(scene, sample)
+            } else {
+                alike.iter().sum::<f64>() / alike.len() as f64
+            };
         out.mean += color / f64::from(n);
+        out.slack += slack / f64::from(n);
         out.in_doubt += u32::from(doubt);
     }
     out
@@ -141,40 +185,41 @@ fn texel_alpha(scene: &Scene, t: usize, w: DVec3) -> f64 {
     [&material.diffuse_map, &material.opacity_map]
         .into_iter()
         .flatten()
-        .map(|map| bilinear(map, 0, uv)[3])
+        .map(|map| bilinear(map, 0, uv).0[3])
         .fold(1.0, f64::min)
 }
 
-fn radiance(scene: &Scene, u: f64, v: f64, x: f64, y: f64, toward: Option<DVec3>) -> (DVec3, bool) {
+/// Where the line through a lens point and a point of the film meets the plane of triangle `t`; none where the triangle is edge-on.
+fn meet(scene: &Scene, t: usize, lens: DVec2, film: DVec2) -> Option<Hit> {
+    let matrix = scene.optics.projection_from_world(lens.x, lens.y);
+    let clip = scene.surfaces.corners(t).map(|c| {
+        let c = matrix.project(c);
+        DVec3::new(c.x, c.y, c.w)
+    });
+    let columns = DMat3::from_cols(clip[0], clip[1], clip[2]);
+    if columns.determinant() == 0.0 {
+        return None;
+    }
+    let inverse = columns.inverse();
+    let l = inverse * film.extend(1.0);
+    let inverse_w = l.element_sum();
+    let weights = l / inverse_w;
+    let pixel = [2.0 / f64::from(scene.render.width), -2.0 / f64::from(scene.render.height)];
+    let change = |c: DVec3| (c - weights * c.element_sum()) / inverse_w;
+    let (dx, dy) = (change(inverse.x_axis * pixel[0]), change(inverse.y_axis * pixel[1]));
+    Some(Hit { triangle: t, weights, dx, dy, inverse_w })
+}
+
+/// What a sample sees, and whether by a hair it would be something else.
+fn see(scene: &Scene, lens: DVec2, film: DVec2) -> (Option<Hit>, bool) {
     let optics = &scene.optics;
-    let matrix = optics.projection_from_world(u, v);
-    let (film_x, film_y) = {
-        let film = optics.camera().film;
-        (-x * 0.5 * film.width.as_metres(), -y * 0.5 * film.height.as_metres())
-    };
-    let ray = optics.ray(u, v, film_x, film_y);
-    let pixel_x = 2.0 / f64::from(scene.render.width);
-    let pixel_y = -2.0 / f64::from(scene.render.height);
     let mut best: Option<Hit> = None;
     // What is behind what is seen can be in doubt and change nothing.
     let mut nearest_doubt = 0.0f64;
     for t in 0..scene.surfaces.triangles.len() {
+        let Some(hit) = meet(scene, t, lens, film) else { continue };
+        let Hit { weights, dx, dy, inverse_w, .. } = hit;
         let corners = scene.surfaces.corners(t);
-        let clip = corners.map(|c| {
-            let c = matrix.project(c);
-            DVec3::new(c.x, c.y, c.w)
-        });
-        let columns = DMat3::from_cols(clip[0], clip[1], clip[2]);
-        if columns.determinant() == 0.0 {
-            continue;
-        }
-        let inverse = columns.inverse();
-        let l = inverse * DVec3::new(x, y, 1.0);
-        let inverse_w = l.element_sum();
-        let weights = l / inverse_w;
-        let (cx, cy) = (inverse.x_axis * pixel_x, inverse.y_axis * pixel_y);
-        let change = |c: DVec3| (c - weights * c.element_sum()) / inverse_w;
-        let (dx, dy) = (change(cx), change(cy));
         // How far the nearest edge is, in pixels.
         let margin = (0..3)
             .map(|i| weights[i] / (dx[i].abs() + dy[i].abs()).max(1e-300))
@@ -191,7 +236,6 @@ fn radiance(scene: &Scene, u: f64, v: f64, x: f64, y: f64, toward: Option<DVec3>
         if margin < 0.0 || depth < near {
             continue;
         }
-        let hit = Hit { triangle: t, weights, dx, dy, inverse_w };
         match alpha(scene, &hit) {
             a if a < 0.5 - 1e-4 => continue,
             a if a < 0.5 + 1e-4 => nearest_doubt = nearest_doubt.max(inverse_w),
@@ -208,34 +252,65 @@ fn radiance(scene: &Scene, u: f64, v: f64, x: f64, y: f64, toward: Option<DVec3>
             _ => best = Some(hit),
         }
     }
-    let direction = optics.world_from_lens().vector(ray.direction).normalize();
     let seen = best.as_ref().map_or(0.0, |hit| hit.inverse_w);
-    let mut doubt = nearest_doubt > 0.0 && nearest_doubt >= seen * (1.0 - 1e-4);
-    let color = match best {
-        Some(hit) => {
-            let (color, near) = shade(scene, &hit, direction, toward);
-            doubt |= near;
-            color
-        }
-        None => {
-            let rise = scene.up.normalize().dot(direction).max(0.0);
-            scene.sky.horizon + (scene.sky.zenith - scene.sky.horizon) * rise
-        }
-    };
-    let falloff = if scene.render.falloff {
-        let weight = |s: DVec3, p: DVec3| {
-            let r = p - s;
-            let cos = |n: DVec3| (n.dot(r) / r.length()).abs();
-            cos(optics.axis()) * cos(optics.film_normal()) / r.length_squared()
-        };
-        weight(ray.origin, optics.film_point(film_x, film_y)) / weight(DVec3::ZERO, optics.film_center())
-    } else {
-        1.0
-    };
-    (color * falloff, doubt)
+    (best, nearest_doubt > 0.0 && nearest_doubt >= seen * (1.0 - 1e-4))
 }
 
-fn shade(scene: &Scene, hit: &Hit, direction: DVec3, toward: Option<DVec3>) -> (DVec3, bool) {
+/// The light of a sample, the level of its texture, or the sky, that of a mean place; whether by a hair it would be another; and how far
+/// single precision may be off.
+fn radiance(scene: &Scene, sample: &Seen, (lens, film): (DVec2, DVec2)) -> (DVec3, bool, f64) {
+    match &sample.hit {
+        Some(hit) => {
+            let levels = meet(scene, hit.triangle, lens, film);
+            shade(
+                scene,
+                (hit, levels.as_ref().unwrap_or(hit)),
+                direction(scene, sample.lens, sample.film),
+                sample.toward,
+            )
+        }
+        None => {
+            let rise = scene.up.normalize().dot(direction(scene, lens, film)).max(0.0);
+            (scene.sky.horizon + (scene.sky.zenith - scene.sky.horizon) * rise, false, 0.0)
+        }
+    }
+}
+
+/// Where the line through a lens point and a point of the film goes, in the world.
+fn direction(scene: &Scene, lens: DVec2, film: DVec2) -> DVec3 {
+    scene.optics.world_from_lens().vector(ray(scene, lens, film).direction).normalize()
+}
+
+fn ray(scene: &Scene, lens: DVec2, film: DVec2) -> Ray {
+    let size = scene.optics.camera().film;
+    let [x, y] = [-film.x * 0.5 * size.width.as_metres(), -film.y * 0.5 * size.height.as_metres()];
+    scene.optics.ray(lens.x, lens.y, x, y)
+}
+
+/// The part of the light that arrives along a sample's ray.
+fn falloff(scene: &Scene, sample: &Seen) -> f64 {
+    if !scene.render.falloff {
+        return 1.0;
+    }
+    let optics = &scene.optics;
+    let film = optics.camera().film;
+    let film_x = -sample.film.x * 0.5 * film.width.as_metres();
+    let film_y = -sample.film.y * 0.5 * film.height.as_metres();
+    let origin = optics.ray(sample.lens.x, sample.lens.y, film_x, film_y).origin;
+    let weight = |s: DVec3, p: DVec3| {
+        let r = p - s;
+        let cos = |n: DVec3| (n.dot(r) / r.length()).abs();
+        cos(optics.axis()) * cos(optics.film_normal()) / r.length_squared()
+    };
+    weight(origin, optics.film_point(film_x, film_y)) / weight(DVec3::ZERO, optics.film_center())
+}
+
+fn shade(
+    scene: &Scene,
+    (hit, levels): (&Hit, &Hit),
+    direction: DVec3,
+    toward: Option<DVec3>,
+) -> (DVec3, bool, f64) {
     let surfaces = &scene.surfaces;
     let attributes = surfaces.attributes[hit.triangle];
     let material = &surfaces.materials[attributes.material as usize];
@@ -251,10 +326,12 @@ fn shade(scene: &Scene, hit: &Hit, direction: DVec3, toward: Option<DVec3>) -> (
         normal = -normal;
     }
     let mut diffuse = DVec3::from_array(material.diffuse.map(f64::from));
-    let mut doubt = false;
-    if let (Some(map), Some(footprint)) = (&material.diffuse_map, coordinates(scene, hit)) {
-        let (texel, near) = colour(map, footprint);
-        doubt = near;
+    let (mut doubt, mut slack) = (false, 0.0);
+    if let (Some(map), Some((uv, ..)), Some((_, dx, dy))) =
+        (&material.diffuse_map, coordinates(scene, hit), coordinates(scene, levels))
+    {
+        let (texel, near, contrast) = colour(map, (uv, dx, dy));
+        (doubt, slack) = (near, TEXEL * contrast);
         diffuse *= DVec3::new(texel[0], texel[1], texel[2]);
     }
     let mut light = scene.sky.ambient;
@@ -269,14 +346,14 @@ fn shade(scene: &Scene, hit: &Hit, direction: DVec3, toward: Option<DVec3>) -> (
         doubt |= sun.shadows && height.abs() < 1e-5 && height > 0.0;
         light += sun.color * height;
     }
-    (DVec3::from_array(material.emission.map(f64::from)) + diffuse * light, doubt)
+    (DVec3::from_array(material.emission.map(f64::from)) + diffuse * light, doubt, slack)
 }
 
 fn alpha(scene: &Scene, hit: &Hit) -> f64 {
     let material = &scene.surfaces.materials[scene.surfaces.attributes[hit.triangle].material as usize];
     let Some((uv, dx, dy)) = coordinates(scene, hit) else { return 1.0 };
     let of = |map: &Option<std::sync::Arc<Texture>>| {
-        map.as_ref().map_or(1.0, |map| bilinear(map, level_of(map, dx, dy, 0.25).0, uv)[3])
+        map.as_ref().map_or(1.0, |map| bilinear(map, level_of(map, dx, dy, 0.25).0, uv).0[3])
     };
     of(&material.diffuse_map).min(of(&material.opacity_map))
 }
@@ -303,11 +380,12 @@ fn level_of(texture: &Texture, dx: DVec2, dy: DVec2, factor: f64) -> (usize, boo
 }
 
 /// Colour: magnified, bilinear in the finest level; else the nearest texel of the level whose texels are nearest
-/// to a quarter of the pixel's shorter side. And whether a hair's breadth would change it.
-fn colour(texture: &Texture, (uv, dx, dy): (DVec2, DVec2, DVec2)) -> ([f64; 4], bool) {
+/// to a quarter of the pixel's shorter side. And whether a hair's breadth would change it, and how much a texel's breadth does.
+fn colour(texture: &Texture, (uv, dx, dy): (DVec2, DVec2, DVec2)) -> ([f64; 4], bool, f64) {
     let (level, doubt) = level_of(texture, dx, dy, std::f64::consts::SQRT_2 / 4.0);
     if level == 0 {
-        return (bilinear(texture, 0, uv), doubt);
+        let (texel, contrast) = bilinear(texture, 0, uv);
+        return (texel, doubt, contrast);
     }
     let level = &texture.levels[level];
     let size = DVec2::new(f64::from(level.width), f64::from(level.height));
@@ -315,10 +393,11 @@ fn colour(texture: &Texture, (uv, dx, dy): (DVec2, DVec2, DVec2)) -> ([f64; 4], 
     let near = |c: f64| (c - (c + 0.5).floor()).abs() < 1e-3;
     let (x, y) = (at.x as usize % level.width as usize, at.y as usize % level.height as usize);
     let texel = level.texels[y * level.width as usize + x].map(|c| f64::from(c) / 65535.0);
-    (texel, doubt || near(at.x) || near(at.y))
+    (texel, doubt || near(at.x) || near(at.y), 0.0)
 }
 
-fn bilinear(texture: &Texture, level: usize, uv: DVec2) -> [f64; 4] {
+/// Between the four texels around a place; and the largest difference of two beside each other.
+fn bilinear(texture: &Texture, level: usize, uv: DVec2) -> ([f64; 4], f64) {
     let level = &texture.levels[level];
     let at = DVec2::new(uv.x * f64::from(level.width), (1.0 - uv.y) * f64::from(level.height)) - 0.5;
     let texel = |x: f64, y: f64| {
@@ -329,8 +408,11 @@ fn bilinear(texture: &Texture, level: usize, uv: DVec2) -> [f64; 4] {
     let (x, y) = (at.x.floor(), at.y.floor());
     let (fx, fy) = (at.x - x, at.y - y);
     let corners = [texel(x, y), texel(x + 1.0, y), texel(x, y + 1.0), texel(x + 1.0, y + 1.0)];
-    std::array::from_fn(|i| {
+    let mut contrast = 0.0f64;
+    let mean = std::array::from_fn(|i| {
         let [a, b, c, d] = corners.map(|t| t[i]);
+        contrast = [a - b, c - d, a - c, b - d].into_iter().map(f64::abs).fold(contrast, f64::max);
         (a * (1.0 - fx) + b * fx) * (1.0 - fy) + (c * (1.0 - fx) + d * fx) * fy
-    })
+    });
+    (mean, contrast)
 }
