@@ -67,7 +67,7 @@ pub(super) fn figure(stem: &str, crops: &[Crop]) -> String {
     let list =
         |words: Vec<String>| words.iter().map(|word| format!("{word:?}")).collect::<Vec<_>>().join(", ");
     format!(
-        "# Made by `groundglass cost`: {CROP} x {CROP} pixels where 16 samples are most wrong, with the error of the whole picture.\n\
+        "# Made by `groundglass cost`: {CROP} x {CROP} pixels where 16 samples are most wrong and there is something to see, with the error of the whole picture.\n\
          kind = \"pictures\"\ntitle = {}\nwidth_mm = 160.0\npictures_kb = 400\ncolumns = 4\npictures = [{}]\nnames = [{}]\n",
         super::report::quoted(&format!("What the eye sees: {stem}")),
         list((1..=crops.len()).map(crop_name).collect()),
@@ -75,17 +75,21 @@ pub(super) fn figure(stem: &str, crops: &[Crop]) -> String {
     )
 }
 
-/// Left top of the crop with the largest error.
+/// Left top of the crop with the largest error, where there is something to see: the squared error times the variance of the truth.
 fn worst(picture: &Exposure, truth: &Exposure) -> (u32, u32) {
-    let steps = |size: u32| (0..=size.saturating_sub(CROP)).step_by(CROP as usize / 2);
+    let steps = |size: u32| (0..=size.saturating_sub(CROP)).step_by(CROP as usize / 4);
     let places = steps(truth.height()).flat_map(|y| steps(truth.width()).map(move |x| (x, y)));
-    let error = |&(left, top): &(u32, u32)| -> f64 {
+    let score = |&(left, top): &(u32, u32)| -> f64 {
         let pixels = (top..top + CROP).flat_map(|y| (left..left + CROP).map(move |x| (x, y)));
-        pixels
-            .flat_map(|(x, y)| picture.pixel(x, y).into_iter().zip(truth.pixel(x, y)))
-            .map(|(a, b)| f64::from(a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)))
-            .map(|gap| gap * gap)
-            .sum()
+        let (mut error, mut sum, mut squares, mut count) = (0.0, 0.0, 0.0, 0.0);
+        for (x, y) in pixels {
+            for (a, b) in picture.pixel(x, y).into_iter().zip(truth.pixel(x, y)) {
+                let [a, b] = [a, b].map(|c| f64::from(c.clamp(0.0, 1.0)));
+                error += (a - b) * (a - b);
+                (sum, squares, count) = (sum + b, squares + b * b, count + 1.0);
+            }
+        }
+        error * (squares / count - (sum / count) * (sum / count)).max(1e-6)
     };
-    places.max_by(|a, b| error(a).total_cmp(&error(b))).unwrap_or((0, 0))
+    places.max_by(|a, b| score(a).total_cmp(&score(b))).unwrap_or((0, 0))
 }
