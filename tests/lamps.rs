@@ -160,3 +160,23 @@ fn what_stands_before_a_lamp_counts() {
         }
     }
 }
+
+/// Diffraction spreads some light of a lamp all over the picture, and most of it over a pixel or two.
+#[test]
+fn a_street_of_lamps_with_stars_is_as_wrong_as_stated() {
+    let mut scene = Scene::read(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/star.toml")).unwrap();
+    (scene.render.width, scene.render.height) = (80, 64);
+    let truth = drawn(&scene, 99, Budget::Samples(32_768));
+    for samples in [4, 16, 64, 256] {
+        let (mut stated, mut found) = (0.0, 0.0);
+        for seed in 0..4 {
+            let picture = drawn(&scene, seed, Budget::Samples(samples));
+            stated += picture.rms_error().unwrap() * picture.rms_error().unwrap();
+            let gap = picture.rms_difference(&truth, scene.render.exposure_ev);
+            found += gap * gap;
+        }
+        let ratio: f64 = f64::sqrt(stated / found);
+        println!("{samples} samples: stated {ratio:.2} of the true error");
+        assert!((1.0 / 1.5..1.5).contains(&ratio), "{samples} samples: {ratio}");
+    }
+}

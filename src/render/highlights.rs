@@ -23,6 +23,7 @@ use crate::shade::Sight;
 use fearless_simd::Level;
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// Times that a light is expected to be met in a pixel before the samples' own word is taken: they are spread so evenly over
 /// pixel and lens that hardly any pixel misses it then. (With 16 times the error of lamps was stated up to 3 times too large.)
@@ -63,8 +64,9 @@ impl Light {
 /// The small bright lights of a picture.
 pub(super) struct Highlights {
     columns: usize,
-    /// Block by block; empty where there are no such lights.
-    lights: Vec<Light>,
+    /// Block by block, for each disk that diffraction spreads them over: most of a lamp's light is in a few pixels, and some all over
+    /// the picture. Empty where there are no such lights.
+    lights: Vec<Vec<Light>>,
 }
 
 impl Highlights {
@@ -92,45 +94,54 @@ impl Highlights {
         }
         // What changes from block to block; sums along rows then give what there is. A span may end past the last column.
         let stride = columns + 2;
-        let mut lights = vec![Light::default(); stride * rows];
         let frustum = Frustum::new(view);
         let place = |&p: &DVec3| frustum.contains(p).then(|| pixel(view, p));
         let places: Vec<Option<DVec2>> = positions.par_iter().map(place).collect();
-        let small: Vec<(usize, f64, Spread)> = (0..surfaces.triangles.len())
+        let small: Vec<Small> = (0..surfaces.triangles.len())
             .filter(is_bright)
             .filter_map(|t| {
                 let [a, b, c] = surfaces.triangles[t].map(|i| i as usize);
                 // What comes near the lens is not small.
                 let [pa, pb, pc] = [places[a]?, places[b]?, places[c]?];
                 let area = 0.5 * (pb - pa).perp_dot(pc - pa).abs();
-                Some((t, area, Spread::of([pa, pb, pc]).over(blur(view, positions[a], pa))))
+                let spread = Spread::of([pa, pb, pc]).over(blur(view, positions[a], pa));
+                Some(Small { triangle: t, area, spread })
             })
             .collect();
-        let free = free(level, scene, (view, shape), positions, &small, samples);
-        for (&(t, area, blurred), free) in small.iter().zip(free) {
-            let radiance = light_of(t).as_dvec3();
-            let own = surfaces.materials[surfaces.attributes[t].material as usize].coverage;
-            let free = free * f64::from(own);
-            for disk in disks {
-                let spread = blurred.over([DVec2::X * disk.reach.x, DVec2::Y * disk.reach.y]);
-                let share = (area * disk.share / spread.area()).min(1.0) * free;
+        // Through the disk that spreads them farthest few samples meet even a light that most meet without diffraction.
+        let is_rare = |light: &Small| {
+            let of_disk = |disk: &Disk| {
+                f64::from(samples) * light.area * disk.share < ENOUGH * over(light.spread, disk).area()
+            };
+            disks.iter().any(of_disk)
+        };
+        let free = free(level, scene, (view, shape), positions, (&small, is_rare));
+        let lamps = lamps(&small, &free, |t| {
+            let own = f64::from(surfaces.materials[surfaces.attributes[t].material as usize].coverage);
+            (surfaces.attributes[t].material, own)
+        });
+        let of_disk = |disk: &Disk| {
+            let mut lights = vec![Light::default(); stride * rows];
+            for &(material, area, blurred) in &lamps {
+                let spread = over(blurred, disk);
+                let share = (area * disk.share / spread.area()).min(1.0);
                 if !share.is_finite() || share == 0.0 {
                     continue;
                 }
-                let light = Light { covered: 1.0, share, mean: radiance * share };
+                let light = Light { covered: 1.0, share, mean: shown[material as usize].as_dvec3() * share };
                 spread.cover([view.width, view.height], |row, column, by| {
                     lights[row * stride + column].add(&light, by);
                 });
             }
-        }
-        for row in lights.chunks_mut(stride) {
-            for column in 1..row.len() {
-                let left = row[column - 1];
-                row[column].add(&left, 1.0);
+            for row in lights.chunks_mut(stride) {
+                for column in 1..row.len() {
+                    let left = row[column - 1];
+                    row[column].add(&left, 1.0);
+                }
             }
-        }
-        let lights = lights.chunks(stride).flat_map(|row| row[..columns].to_vec()).collect();
-        Self { columns, lights }
+            lights.chunks(stride).flat_map(|row| row[..columns].to_vec()).collect()
+        };
+        Self { columns, lights: disks.iter().map(of_disk).collect() }
     }
 
     /// Whether there are no such lights.
@@ -138,18 +149,27 @@ impl Highlights {
         self.lights.is_empty()
     }
 
-    /// What the lights of a block of a tile, of which each of `pixels` has `n` samples, may add to it unseen, and whether its samples
-    /// tell more; none where it has no lights.
-    fn of_block(&self, tile: (u32, u32), block: usize, n: u32, pixels: f64) -> Option<(Unseen, bool)> {
+    /// What the lights of a block of a tile, of which each of `pixels` has `n` samples, may add to it unseen, disk by disk, and whether
+    /// its samples tell more; nothing where it has no lights.
+    fn of_block(
+        &self,
+        tile: (u32, u32),
+        block: usize,
+        n: u32,
+        pixels: f64,
+    ) -> impl Iterator<Item = (Unseen, bool)> {
         let (x, y) = block_place(tile, block);
-        let light = self.lights.get(y as usize * self.columns + x as usize);
-        // Sums and differences leave a trace where there is nothing.
-        let light = light.filter(|light| (x as usize) < self.columns && light.share > 1e-12)?;
-        let covered = light.covered.clamp(1e-3, 1.0);
-        let share = (light.share / covered).min(1.0);
-        let hits = f64::from(n) * share;
-        let is_seen = hits >= ENOUGH || hits * pixels * covered >= SEVERAL;
-        (n > 0).then(|| (Unseen { pixels: pixels * covered, share, mean: light.mean / covered }, is_seen))
+        let at = ((x as usize) < self.columns).then_some(y as usize * self.columns + x as usize);
+        let of_disk = move |lights: &Vec<Light>| {
+            // Sums and differences leave a trace where there is nothing.
+            let light = lights.get(at?).filter(|light| light.share > 1e-12 && n > 0)?;
+            let covered = light.covered.clamp(1e-3, 1.0);
+            let share = (light.share / covered).min(1.0);
+            let hits = f64::from(n) * share;
+            let is_seen = hits >= ENOUGH || hits * pixels * covered >= SEVERAL;
+            Some((Unseen { pixels: pixels * covered, share, mean: light.mean / covered }, is_seen))
+        };
+        self.lights.iter().filter_map(of_disk)
     }
 }
 
@@ -162,12 +182,75 @@ struct Unseen {
     mean: DVec3,
 }
 
+impl Unseen {
+    /// All of their light.
+    fn light(&self) -> f64 {
+        self.pixels * self.mean.element_sum()
+    }
+}
+
+/// A small bright triangle: its area where it is seen, square pixels, and where the lens spreads it.
+struct Small {
+    triangle: usize,
+    area: f64,
+    spread: Spread,
+}
+
+/// A spread again, over a disk of diffraction.
+fn over(spread: Spread, disk: &Disk) -> Spread {
+    spread.over([DVec2::X * disk.reach.x, DVec2::Y * disk.reach.y])
+}
+
+/// Triangles of one `material` that are spread over the same place, as one light each, with the area that is `free`, and by how much
+/// they cover: what each of a lamp's triangles covers is mostly the same few pixels.
+fn lamps(small: &[Small], free: &[f64], material: impl Fn(usize) -> (u32, f64)) -> Vec<(u32, f64, Spread)> {
+    let mut places: BTreeMap<_, Vec<(f64, Spread)>> = BTreeMap::new();
+    for (light, free) in small.iter().zip(free) {
+        let (material, coverage) = material(light.triangle);
+        let area = light.area * free * coverage;
+        if area > 0.0 && light.spread.area().is_finite() {
+            places.entry((material, light.spread.square())).or_default().push((area, light.spread));
+        }
+    }
+    let lamp = |((material, _), parts): ((u32, _), Vec<(f64, Spread)>)| {
+        (material, parts.iter().map(|(area, _)| area).sum(), Spread::together(&parts))
+    };
+    places.into_iter().map(lamp).collect()
+}
+
 impl Picture<'_> {
     /// Whether geometry tells what a block errs by, and not what its samples saw.
     pub(super) fn is_unseen(&self, tile: (u32, u32), block: usize, n: u32) -> bool {
         let (x, y) = block_place(tile, block);
-        let light = self.highlights.of_block(tile, block, n, f64::from(self.block_pixels(x, y)));
-        light.is_some_and(|(_, is_seen)| !is_seen)
+        let lights = self.highlights.of_block(tile, block, n, f64::from(self.block_pixels(x, y)));
+        // Of what most of the light is.
+        let most = lights.max_by(|(a, _), (b, _)| a.light().total_cmp(&b.light()));
+        most.is_some_and(|(_, is_seen)| !is_seen)
+    }
+
+    /// The most that lights make a block err by, whose light diffraction spreads: what [`clipped`] tells of a block that has a lamp in
+    /// two of its pixels takes it to be met anywhere. None without diffraction, where it does not; or without lights.
+    pub(super) fn most_by_lights(
+        &self,
+        tile: (u32, u32),
+        block: usize,
+        (sums, n): (&[Sum], u32),
+    ) -> Option<f64> {
+        if self.highlights.lights.len() < 2 {
+            return None;
+        }
+        let (x, y) = block_place(tile, block);
+        let room = DVec3::ONE - self.least(tile, block, sums, n).min(DVec3::ONE);
+        let lights = self.highlights.of_block(tile, block, n, f64::from(self.block_pixels(x, y)));
+        let of_light = |(light, is_seen): (Unseen, bool)| {
+            let of_channel = |i: usize| {
+                let rim = if is_seen { missed_rim(n, light.mean[i] / light.share, room[i]) } else { 0.0 };
+                light.pixels * expected_error(n, light.share, light.mean[i], room[i])
+                    + light.pixels.min(RIM) * rim
+            };
+            of_channel(0) + of_channel(1) + of_channel(2)
+        };
+        lights.map(of_light).reduce(|a, b| a + b)
     }
 
     /// Raises the squared errors of the blocks with `samples`, each a sum over pixels and channels, to what unseen lights may
@@ -187,20 +270,25 @@ impl Picture<'_> {
                 continue;
             }
             let pixels = f64::from(self.block_pixels(x, y));
-            let Some((light, is_seen)) = self.highlights.of_block(tile, block, n, pixels) else { continue };
-            // Where nothing is seen of a light that should be met often, its rim at most reaches into the block.
-            if is_seen && (light.pixels > RIM || self.shows_light(tile, block, sums, n)) {
-                continue;
+            let (mut expected, mut has_unseen) = (0.0, false);
+            let mut room = None;
+            for (light, is_seen) in self.highlights.of_block(tile, block, n, pixels) {
+                // Where nothing is seen of a light that should be met often, its rim at most reaches into the block.
+                if is_seen && (light.pixels > RIM || self.shows_light(tile, block, sums, n)) {
+                    continue;
+                }
+                let room = *room
+                    .get_or_insert_with(|| DVec3::ONE - self.least(tile, block, sums, n).min(DVec3::ONE));
+                let of_channel = |i: usize| match is_seen {
+                    false => expected_error(n, light.share, light.mean[i], room[i]),
+                    true => missed_rim(n, light.mean[i] / light.share, room[i]),
+                };
+                expected += light.pixels * (of_channel(0) + of_channel(1) + of_channel(2));
+                has_unseen |= !is_seen;
             }
-            let room = DVec3::ONE - self.least(tile, block, sums, n).min(DVec3::ONE);
-            let of_channel = |i: usize| match is_seen {
-                false => expected_error(n, light.share, light.mean[i], room[i]),
-                true => missed_rim(n, light.mean[i] / light.share, room[i]),
-            };
-            let expected = light.pixels * (of_channel(0) + of_channel(1) + of_channel(2));
             if expected > *error {
                 *error = expected;
-                raised |= u16::from(!is_seen) << block;
+                raised |= u16::from(has_unseen) << block;
             }
         }
         raised
@@ -236,18 +324,14 @@ fn free(
     scene: &Scene,
     (view, shape): (&View, &ApertureShape),
     positions: &[DVec3],
-    small: &[(usize, f64, Spread)],
-    samples: u32,
+    (small, is_rare): (&[Small], impl Fn(&Small) -> bool + Sync),
 ) -> Vec<f64> {
-    let is_rare =
-        |(_, area, spread): &(usize, f64, Spread)| f64::from(samples) * area < ENOUGH * spread.area();
     let rare = small.iter().filter(|light| is_rare(light)).count();
     if rare == 0 || rare > MOST_RARE {
         return vec![1.0; small.len()];
     }
     let sight = Sight::new(&scene.surfaces, positions, view, shape);
-    let of =
-        |light: &(usize, f64, Spread)| if is_rare(light) { sight.free(level, light.0 as u32) } else { 1.0 };
+    let of = |light: &Small| if is_rare(light) { sight.free(level, light.triangle as u32) } else { 1.0 };
     small.par_iter().map(of).collect()
 }
 

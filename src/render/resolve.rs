@@ -79,9 +79,15 @@ impl Picture<'_> {
             };
             let pixels = places().filter_map(halves).collect();
             let halves = Halves { width: columns.len(), samples: n, pixels };
-            let found = if is_bright { halves.errors() } else { halves.differences() };
+            let mut found = if is_bright { halves.errors() } else { halves.differences() };
             if is_bright {
-                squared[block] = found.iter().sum();
+                let all: f64 = found.iter().sum();
+                let most =
+                    self.most_by_lights(tile, block, (sums, n)).map_or(all, |most| most.max(squared[block]));
+                if all > most {
+                    found.iter_mut().for_each(|error| *error *= most / all);
+                }
+                squared[block] = all.min(most);
             }
             if let Some(errors) = &mut errors {
                 for (at, error) in places().zip(found) {

@@ -33,6 +33,24 @@ impl Spread {
         Self { center, moments }
     }
 
+    /// Several, each with so much light, as one.
+    pub(super) fn together(parts: &[(f64, Self)]) -> Self {
+        let all: f64 = parts.iter().map(|(light, _)| light).sum();
+        let center = parts.iter().map(|(light, spread)| spread.center * (light / all)).sum::<DVec2>();
+        // The covariance of their centres is a quarter of what is kept, too.
+        let moments = parts
+            .iter()
+            .map(|(light, spread)| (spread.moments + outer(spread.center - center) * 4.0) * (light / all));
+        Self { center, moments: moments.fold(DMat2::ZERO, |sum, part| sum + part) }
+    }
+
+    /// Where it lies, in squares about as wide as it is spread: two in the same square are hardly to be told apart.
+    pub(super) fn square(&self) -> (i64, i64, i64) {
+        let size = libm::log2(self.area().max(1.0)).round() * 0.5;
+        let side = libm::exp2(size);
+        ((2.0 * size) as i64, (self.center.x / side).floor() as i64, (self.center.y / side).floor() as i64)
+    }
+
     /// Spread again over an ellipse with these half-axes.
     pub(super) fn over(self, axes: [DVec2; 2]) -> Self {
         Self { moments: self.moments + outer(axes[0]) + outer(axes[1]), ..self }
