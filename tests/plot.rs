@@ -239,6 +239,41 @@ fn a_chart_has_its_bytes_its_themes_and_its_time() {
     assert!(cfg!(debug_assertions) || begun.elapsed().as_millis() < 20);
 }
 
+/// Level error bars end at their values, with a cap at each; labels of points are in the figure, clear of all else.
+#[test]
+fn level_bars_and_labels_of_points() {
+    let text = "kind = \"plot\"\n[x]\nscale = \"log\"\n[[series]]\nname = \"a\"\nline = false\nx = [10, 100, 1000]\n\
+                y = [1.2, 2, 2.5]\nx_low = [8, 90, 0]\nx_high = [20, 110, 3000]\nlabels = [\"one\", \"\", \"three\"]\n";
+    let figure = draw(text, Changes::default()).unwrap();
+    check_names(&figure, "labels");
+    let svg = figure.to_svg().unwrap();
+    assert_eq!(check(&svg), [3]);
+    let tree = roxmltree::Document::parse(&svg).unwrap();
+    let part = |name: &'static str| move |n: &roxmltree::Node| n.attribute("data-part") == Some(name);
+    let x = axis(tree.descendants().find(part("chart")).unwrap().attribute("data-x").unwrap());
+    let bars = tree.descendants().find(part("error-bar")).unwrap();
+    let ends = |n: roxmltree::Node| {
+        ["x1", "y1", "x2", "y2"].map(|a| n.attribute(a).unwrap().parse::<f64>().unwrap())
+    };
+    let lines: Vec<_> = bars.children().filter(|n| n.has_tag_name("line")).map(ends).collect();
+    let level: Vec<_> = lines.iter().filter(|l| l[1] == l[3]).collect();
+    assert_eq!((level.len(), lines.len()), (3, 8), "three bars, five caps: one leaves the axis");
+    assert!((level[0][0] - x(8.0)).abs() < 0.002 && (level[0][2] - x(20.0)).abs() < 0.002);
+    let mut words = Vec::new();
+    boxes(&figure.display_list().items, &mut words);
+    assert!(["one", "three"].iter().all(|label| words.iter().any(|(said, _)| said == label)), "{words:?}");
+    for (wrong, said) in [
+        ("labels = [\"one\"]", "`labels` has 1 texts and `x` has 3"),
+        ("labels_column = \"t\"", "there is no table"),
+        ("x_low = [1]", "`x_low` has 1 values and `x` has 3"),
+    ] {
+        let text =
+            format!("kind = \"plot\"\n[[series]]\nname = \"a\"\nx = [1, 2, 3]\ny = [1, 2, 3]\n{wrong}\n");
+        let error = draw(&text, Changes::default()).unwrap_err().to_string();
+        assert!(error.contains(said), "{error}");
+    }
+}
+
 #[test]
 fn wrong_charts_name_line_key_and_remedy() {
     let cases: &[(&str, &str, &[&str])] = &[

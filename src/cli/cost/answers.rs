@@ -70,7 +70,7 @@ pub(super) fn csv(rows: &[Timed]) -> String {
 pub(super) fn chart(rows: &[Timed]) -> String {
     let mut text = "# Made by `groundglass cost`; a point is a question, bars are the shortest and the longest of several runs.\n\
                     kind = \"plot\"\ntitle = \"What exact optics cost\"\nwidth_mm = 130.0\n\n\
-                    [x]\ntitle = \"largest relative error at tilts of 0.1 to 30 degrees\"\nscale = \"log\"\n\n\
+                    [x]\ntitle = \"largest relative error of an answer at tilts of 0.1 to 30 degrees\"\nscale = \"log\"\n\n\
                     [y]\ntitle = \"time of an answer\"\nunit = \"ns\"\nscale = \"log\"\n"
         .to_owned();
     let mut ways: Vec<&str> = Vec::new();
@@ -86,14 +86,22 @@ pub(super) fn chart(rows: &[Timed]) -> String {
         };
         let _ = write!(
             text,
-            "\n[[series]]\nname = \"{way}\"\nline = false\nx = [{}]\ny = [{}]\nlow = [{}]\nhigh = [{}]\n",
+            "\n[[series]]\nname = \"{way}\"\nline = false\nx = [{}]\ny = [{}]\nlow = [{}]\nhigh = [{}]\nlabels = {:?}\n",
             list(&|row| row.errors[0].max(1e-17)),
             list(&|row| row.nanoseconds[0]),
             list(&|row| row.nanoseconds[1]),
             list(&|row| row.nanoseconds[2]),
+            of.iter().map(|row| in_short(row.question)).collect::<Vec<_>>(),
         );
     }
     text
+}
+
+/// A question in a word or two, where a chart has no room for more.
+fn in_short(question: &str) -> &str {
+    let starts =
+        [("Plane", "focus plane"), ("Distance", "hinge line"), ("Blur", "blur"), ("Tilt", "wanted plane")];
+    starts.into_iter().find(|(start, _)| question.starts_with(start)).map_or(question, |(_, short)| short)
 }
 
 /// A table, and what it means.

@@ -328,12 +328,15 @@ fn series_group(chart: &Chart, series: &Series, look: Look, theme: &Theme) -> Gr
     let mut items = Vec::new();
     let mut bars = Vec::new();
     for (a, b) in series.points.iter().flat_map(|point| bar_ends(chart, point)) {
-        if let Some((from, to)) = panel.clip_segment(a, b) {
+        // One that lies on the frame is not cut off.
+        let is_on_frame = [a, b].into_iter().all(|end| panel.holds(end, -1e-9));
+        let piece = if is_on_frame { Some((a, b)) } else { panel.clip_segment(a, b) };
+        if let Some((from, to)) = piece {
             let stroke = solid(look.hue.line, BAR);
             bars.push(Shape::line(from, to, stroke));
             // Caps lie across the bar.
             let [dx, dy] = if a[0] == b[0] { [0.7, 0.0] } else { [0.0, 0.7] };
-            for [x, y] in [a, b].into_iter().filter(|&end| panel.holds(end, 0.0)) {
+            for [x, y] in [a, b].into_iter().filter(|&end| panel.holds(end, -1e-9)) {
                 bars.push(Shape::line([x - dx, y - dy], [x + dx, y + dy], stroke));
             }
         }

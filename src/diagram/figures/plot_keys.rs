@@ -127,6 +127,14 @@ pub(crate) struct SeriesKeys {
     #[serde(default)]
     #[schemars(length(min = 1), example = &"latest")]
     pub(crate) x_high_column: Option<String>,
+    /// What is written beside each point; nothing where it is empty.
+    #[serde(default)]
+    #[schemars(length(min = 1), example = vec!["first", "second"])]
+    pub(crate) labels: Option<Vec<String>>,
+    /// The column with what is written beside each point.
+    #[serde(default)]
+    #[schemars(length(min = 1), example = &"what")]
+    pub(crate) labels_column: Option<String>,
     /// A column of which only the rows that say `only` are taken.
     #[serde(default)]
     #[schemars(length(min = 1), example = &"method")]

@@ -266,7 +266,7 @@ fn obstacles(chart: &Chart) -> Vec<Obstacle> {
     all
 }
 
-/// The guides' names, along them.
+/// The guides' names, along them, and what is written beside points.
 fn guides(chart: &Chart, legend: Option<[f64; 4]>, theme: &Theme) -> Result<Vec<Item>> {
     let mut obstacles = obstacles(chart);
     if let Some([l, t, r, b]) = legend {
@@ -292,9 +292,25 @@ fn guides(chart: &Chart, legend: Option<[f64; 4]>, theme: &Theme) -> Result<Vec<
             worth: f64::INFINITY,
         });
     }
+    let mut named: Vec<_> = named.into_iter().map(|(name, _)| (name, theme.quiet)).collect();
+    for (series, look) in &chart.series {
+        for point in &series.points {
+            let at = [chart.x.page(point.x), chart.y.page(point.y)];
+            let Some(label) = point.label.as_ref().filter(|_| chart.panel.holds(at, -1e-9)) else { continue };
+            requests.push(Request {
+                sizes: vec![canvas::size(label)?],
+                anchors: vec![at],
+                toward: [0.7, -0.7],
+                area: None,
+                line: None,
+                worth: f64::INFINITY,
+            });
+            named.push((label, look.hue.word));
+        }
+    }
     let mut items = Vec::new();
     let placed = place::place(&chart.panel, &obstacles, &requests);
-    for ((name, _), place) in named.into_iter().zip(placed) {
+    for ((name, color), place) in named.into_iter().zip(placed) {
         let Some(place) = place else {
             items.push(Item::Group(canvas::without_room(name)));
             continue;
@@ -303,7 +319,7 @@ fn guides(chart: &Chart, legend: Option<[f64; 4]>, theme: &Theme) -> Result<Vec<
             let line = Shape::line(a, b, solid(theme.quiet, theme::HAIR));
             items.push(Item::Group(Group::of("leader", vec![Item::Shape(line)])));
         }
-        let texts = canvas::lines(name, &place.room, theme.quiet)?;
+        let texts = canvas::lines(name, &place.room, color)?;
         items.push(Item::Group(Group::of("label", texts.into_iter().map(Item::Text).collect())));
     }
     Ok(items)

@@ -7,8 +7,8 @@ use super::plot_keys::SeriesKeys;
 use crate::error::{Error, Result};
 use crate::scene::nearest;
 
-/// A point and the ends of its error bars.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A point, the ends of its error bars, and what is written beside it.
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct DataPoint {
     pub(crate) x: f64,
     pub(crate) y: f64,
@@ -16,6 +16,7 @@ pub(crate) struct DataPoint {
     pub(crate) bar: Option<[f64; 2]>,
     /// Level, in values of x.
     pub(crate) level_bar: Option<[f64; 2]>,
+    pub(crate) label: Option<String>,
 }
 
 /// Points in the file's order.
@@ -105,6 +106,13 @@ pub(crate) fn read(
             .error(&format!("series[{index}]"), "`error` and `low`, `high` exclude each other")
             .remedy("keep one of them"));
     }
+    let labels = labels(input, index, keys, table.as_ref(), &rows)?;
+    if let Some(labels) = &labels
+        && labels.len() != x.len()
+    {
+        let message = format!("`labels` has {} texts and `x` has {} values", labels.len(), x.len());
+        return Err(input.document.error(&key("labels"), message).remedy("give as many of each"));
+    }
     let pick = |column: &Option<Vec<Option<f64>>>, i: usize| {
         column.as_ref().and_then(|c| c.get(i).copied().flatten())
     };
@@ -120,12 +128,47 @@ pub(crate) fn read(
             None => ends(pick(&low, i), pick(&high, i), y),
         };
         let level_bar = ends(pick(&x_low, i), pick(&x_high, i), x);
-        points.push(DataPoint { x, y, bar, level_bar });
+        let label = labels.as_ref().and_then(|labels| labels.get(i)).filter(|label| !label.is_empty());
+        points.push(DataPoint { x, y, bar, level_bar, label: label.cloned() });
     }
     if points.is_empty() {
         return Err(input.document.error(&format!("series[{index}]"), "the series has no point"));
     }
     Ok(Series { name: keys.name.clone(), points })
+}
+
+/// What is written beside the points.
+fn labels(
+    input: &Input,
+    index: usize,
+    keys: &SeriesKeys,
+    table: Option<&Table>,
+    rows: &[usize],
+) -> Result<Option<Vec<String>>> {
+    let key = format!("series[{index}].labels_column");
+    match (&keys.labels, &keys.labels_column) {
+        (Some(_), Some(_)) => Err(input
+            .document
+            .error(&key, "`labels` and `labels_column` exclude each other")
+            .remedy("remove one of them")),
+        (Some(labels), None) => Ok(Some(labels.clone())),
+        (None, Some(name)) => {
+            let Some(table) = table else {
+                return Err(input
+                    .document
+                    .error(&key, "there is no table to take the column from")
+                    .remedy("name a CSV or JSON file: data = \"runs.csv\""));
+            };
+            let cells = cells(input, &key, table, name)?;
+            let word = |&row: &usize| match cells.get(row) {
+                Some(Cell::Word(word)) => word.clone(),
+                Some(Cell::Number(number)) => number.to_string(),
+                _ => String::new(),
+            };
+            Ok(Some(rows.iter().map(word).collect()))
+        }
+        (None, None) => Ok(None),
+    }
 }
 
 /// The rows of the table that a series takes.
