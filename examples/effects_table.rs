@@ -4,7 +4,7 @@
 
 use groundglass::quantity::Angle;
 use groundglass::scene::{Budget, EffectChoice, EffectName};
-use groundglass::{Execution, Result, Scene, render};
+use groundglass::{Execution, Exposure, Result, Scene, render};
 use std::path::Path;
 
 /// Samples of a pixel; the width is the scene's own.
@@ -57,12 +57,16 @@ fn change(scene: &Scene, effect: EffectName) -> Result<String> {
         _ => {}
     }
     let one = [effect].into_iter().collect();
-    let mut draw = |choice: EffectChoice| {
-        scene.render.effects = choice;
-        render(&scene, Execution::default())
+    let seed = scene.render.seed;
+    let mut draw = |choice: EffectChoice, more: u64| {
+        (scene.render.effects, scene.render.seed) = (choice, seed + more);
+        render(&scene, Execution::default()).map(|(picture, _)| picture)
     };
-    let (with, _) = draw(EffectChoice { with: one, ..EffectChoice::default() })?;
-    let (without, _) = draw(EffectChoice { without: one, ..EffectChoice::default() })?;
-    let change = with.rms_difference(&without, scene.render.exposure_ev);
-    Ok(if is_in { format!("{change:.4}") } else { format!("({change:.4})") })
+    let with = EffectChoice { with: one, ..EffectChoice::default() };
+    let without = EffectChoice { without: one, ..EffectChoice::default() };
+    let (ours, theirs) = ([draw(with, 0)?, draw(with, 1)?], [draw(without, 0)?, draw(without, 1)?]);
+    let [change, most] = Exposure::rms_change(ours.each_ref(), theirs.each_ref(), scene.render.exposure_ev);
+    // What cannot be told from chance.
+    let change = if most > 1.5 * change { format!("<{most:.4}") } else { format!("{change:.4}") };
+    Ok(if is_in { change } else { format!("({change})") })
 }

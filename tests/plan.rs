@@ -26,22 +26,17 @@ fn draw(scene: &Scene) -> Exposure {
     render(scene, Execution::default()).unwrap().0
 }
 
-/// The RMS difference of pictures with and without the plan that infinitely many samples would give: products of the differences
-/// of two independent pairs have no chance in them on the mean.
+/// The RMS difference of pictures with and without the plan, chance left out.
 fn change(scene: &Scene) -> f64 {
-    let differences = [0, 1].map(|seed| {
-        let mut scene = scene.clone();
-        scene.render.seed += 1000 * seed;
-        let planned = draw(&scene);
-        scene.render.effects.all = true;
-        let whole = draw(&scene);
-        let places = (0..planned.height()).flat_map(|y| (0..planned.width()).map(move |x| (x, y)));
-        let values = places.flat_map(|(x, y)| planned.pixel(x, y).into_iter().zip(whole.pixel(x, y)));
-        values.map(|(a, b)| f64::from(a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0))).collect::<Vec<_>>()
-    });
-    let [first, second] = &differences;
-    let products = first.iter().zip(second).map(|(a, b)| a * b);
-    (products.sum::<f64>() / first.len() as f64).max(0.0).sqrt()
+    let pictures = |all: bool| {
+        [0, 1000].map(|seed| {
+            let mut scene = scene.clone();
+            (scene.render.seed, scene.render.effects.all) = (scene.render.seed + seed, all);
+            draw(&scene)
+        })
+    };
+    let (planned, whole) = (pictures(false), pictures(true));
+    Exposure::rms_change(planned.each_ref(), whole.each_ref(), scene.render.exposure_ev)[0]
 }
 
 /// A scene in which this effect is asked for, the smaller the larger `step` is.

@@ -33,7 +33,7 @@ pub(super) struct Arguments {
     /// The error that the picture is to have: what is left out changes it by half of that at most
     #[arg(long, value_name = "E", allow_hyphen_values = true)]
     pub(super) max_error: Option<Positive>,
-    /// Width of the picture in pixels; the height follows
+    /// Width of the picture in pixels, which decides on effects; costs and changes are of small pictures
     #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     pub(super) width: Option<Pixels>,
     /// Print JSON instead of text
@@ -60,6 +60,8 @@ struct Row {
     cost: Option<f64>,
     /// RMS change of the picture between with and without, chance left out; null where the scene cannot have it.
     change_rms: Option<f64>,
+    /// What that is at most: from so few samples it is not known better.
+    change_rms_at_most: Option<f64>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
@@ -96,9 +98,17 @@ fn explain(scene: &Scene, execution: Execution<'_>) -> Result<Explanation> {
     let mut effects = Vec::new();
     for (name, effect) in EffectName::ALL.into_iter().zip(plan.effects()) {
         let measured = match (&base, other(&small, plan.active(), name)) {
-            _ if is_absent(&plan, scene, name) => Some((0.0, 0.0)),
+            _ if is_absent(&plan, scene, name) => Some((0.0, [0.0; 2])),
             (Some(base), Some((small, active))) => {
                 let other = Probe::new(&small, active, execution)?;
+                // Soft shadows beside hard ones, also where there are none.
+                let hard;
+                let base = if name == EffectName::SoftShadows && !plan.active().has(EffectName::Shadows) {
+                    hard = Probe::new(&small, active.set(name, false), execution)?;
+                    &hard
+                } else {
+                    base
+                };
                 let more = extra_time(base, &other, execution)?;
                 Some((if effect.active { 0.0 - more } else { more }, base.change(&other)))
             }
@@ -109,7 +119,8 @@ fn explain(scene: &Scene, execution: Execution<'_>) -> Result<Explanation> {
             active: effect.active,
             because: effect.because.clone(),
             cost: measured.map(|(cost, _)| cost),
-            change_rms: measured.map(|(_, change)| change),
+            change_rms: measured.map(|(_, [change, _])| change),
+            change_rms_at_most: measured.map(|(_, [_, most])| most),
         });
     }
     Ok(Explanation {
@@ -155,25 +166,10 @@ impl Probe {
         Ok(Self { scene, pictures })
     }
 
-    /// The RMS difference of the pictures that infinitely many samples would give. Chance is not in it: the mean of products of
-    /// two differences that do not hang together has none.
-    fn change(&self, other: &Self) -> f64 {
-        let gain = libm::exp2(self.scene.render.exposure_ev) as f32;
-        let [first, second] = &self.pictures;
-        let (width, height) = (first.width(), first.height());
-        let difference = |i: usize, x: u32, y: u32| {
-            let shown =
-                |probe: &Self| probe.pictures[i].pixel(x, y).map(|c| f64::from((c * gain).clamp(0.0, 1.0)));
-            let (ours, theirs) = (shown(self), shown(other));
-            [0, 1, 2].map(|c| ours[c] - theirs[c])
-        };
-        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        let product = |(x, y)| {
-            let (a, b) = (difference(0, x, y), difference(1, x, y));
-            a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-        };
-        let values = 3.0 * f64::from(second.width()) * f64::from(second.height());
-        (pixels.map(product).sum::<f64>() / values).max(0.0).sqrt()
+    /// The RMS difference, chance left out; and what it is at most.
+    fn change(&self, other: &Self) -> [f64; 2] {
+        let [ours, theirs] = [self, other].map(|probe| probe.pictures.each_ref());
+        Exposure::rms_change(ours, theirs, self.scene.render.exposure_ev)
     }
 
     fn seconds(&self, execution: Execution<'_>) -> Result<f64> {
@@ -214,8 +210,13 @@ fn median(numbers: &mut [f64]) -> f64 {
     if numbers.len() % 2 == 1 { numbers[middle] } else { 0.5 * (numbers[middle - 1] + numbers[middle]) }
 }
 
+/// In parentheses what would be, and is not.
+fn bracketed(row: &Row, number: String) -> String {
+    if row.active { number } else { format!("({number})") }
+}
+
 fn words(explanation: &Explanation) -> String {
-    let mut text = format!("{:<15} {:<4} {:>8}  {:>8}  because\n", "effect", "", "time", "change");
+    let mut text = format!("{:<15} {:<4} {:>8}  {:>9}  because\n", "effect", "", "time", "change");
     for row in &explanation.effects {
         let state = if row.active { "in" } else { "out" };
         let cost = match row.cost {
@@ -224,18 +225,22 @@ fn words(explanation: &Explanation) -> String {
             Some(cost) if row.active => format!("{:+.0} %", 100.0 * cost),
             Some(cost) => format!("({:+.0} %)", 100.0 * cost),
         };
-        let change = match row.change_rms {
-            None => "-".into(),
-            Some(change) if row.active || change == 0.0 => format!("{change:.4}"),
-            Some(change) => format!("({change:.4})"),
+        let change = match (row.change_rms, row.change_rms_at_most) {
+            (Some(_), Some(0.0)) => "0".into(),
+            // Hardly to be told from chance.
+            (Some(change), Some(most)) if most > 1.5 * change => bracketed(row, format!("<{most:.4}")),
+            (Some(change), _) => bracketed(row, format!("{change:.4}")),
+            (None, _) => "-".into(),
         };
-        text += &format!("{:<15} {state:<4} {cost:>8}  {change:>8}  {}\n", row.effect, row.because);
+        text += &format!("{:<15} {state:<4} {cost:>8}  {change:>9}  {}\n", row.effect, row.because);
     }
     text += &format!(
         "\ntime: what the effect adds to the picture's time, 0 where that cannot be told from chance;\nchange: RMS between with and \
-         without, linear light, without noise; in parentheses, of what is out: what it would add and change;\n- where the scene \
+         without, linear light, without noise; < where it cannot be told from noise;\nin parentheses, of what is out: what it would add and change; - where the scene \
          cannot have it. Both of pictures {} pixels wide with {} samples.\nWhat is left out as too small may change the picture by {}.\n",
-        PROBE.0, PROBE.1, explanation.tolerance_rms
+        PROBE.0,
+        PROBE.1,
+        report::rms(explanation.tolerance_rms)
     );
     text
 }

@@ -118,11 +118,12 @@ pub(super) fn pixels(number: f64) -> String {
     if number.is_finite() { format!("{} px", digits(number)) } else { "beyond measure".into() }
 }
 
-/// Two digits after the point, or as many as a small number needs to show two.
+/// Two digits after the point, or as many as a small number needs to show two; of the smallest and the largest two in all.
 pub(super) fn digits(number: f64) -> String {
-    let places = match number {
-        number if (1e-9..0.1).contains(&number) => (1.0 - libm::floor(libm::log10(number))) as usize,
-        _ => 2,
-    };
-    format!("{number:.places$}")
+    match number {
+        0.0 => "0".into(),
+        number if !(1e-6..1e5).contains(&number) => format!("{number:.1e}"),
+        number if number < 0.1 => format!("{number:.*}", (1.0 - libm::floor(libm::log10(number))) as usize),
+        number => format!("{number:.2}"),
+    }
 }

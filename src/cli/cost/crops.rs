@@ -49,10 +49,12 @@ pub(super) fn draw(study: &Study<'_>) -> Result<Vec<Crop>> {
     let (left, top) = worst(first, truth);
     pictures.push((truth.clone(), "converged"));
     let (width, height) = (CROP.min(truth.width()), CROP.min(truth.height()));
+    // Of a picture of a few pixels each is larger: a figure sets none that is smaller than a thumbnail.
+    let zoom = ZOOM.max(64_u32.div_ceil(width.min(height).max(1)));
     let enlarged = |picture: &Exposure| {
-        let places = (0..height * ZOOM).flat_map(|y| (0..width * ZOOM).map(move |x| (x, y)));
-        let pixels: Vec<_> = places.map(|(x, y)| picture.pixel(left + x / ZOOM, top + y / ZOOM)).collect();
-        Exposure::from_rows(width * ZOOM, height * ZOOM, &pixels, picture.samples().clone())
+        let places = (0..height * zoom).flat_map(|y| (0..width * zoom).map(move |x| (x, y)));
+        let pixels: Vec<_> = places.map(|(x, y)| picture.pixel(left + x / zoom, top + y / zoom)).collect();
+        Exposure::from_rows(width * zoom, height * zoom, &pixels, picture.samples().clone())
     };
     let crop = |(picture, name): &(Exposure, &str)| {
         let error = picture.rms_difference(truth, study.scene.render.exposure_ev);

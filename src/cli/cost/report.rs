@@ -78,18 +78,25 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
     } else {
         format!("More time hardly makes the error of {} smaller.", tell::rms(last.true_rms))
     };
-    if let Some(adaptive) = rows(study, ADAPTIVE).last() {
+    if let Some(adaptive) = rows(study, ADAPTIVE).last().filter(|_| slope > 0.05) {
         // What uniform sampling takes for the same error, between its own steps.
         let same = last.seconds * libm::pow(last.true_rms / adaptive.true_rms, 1.0 / slope);
         if same.is_finite() && same > 0.0 {
             let _ = write!(
                 words,
-                " Samples where they help most reach {} in {}, {:.0} % of the time that as many for every pixel take.",
+                " Samples where they help most reach {} in {}, {:.0} % of the time that uniform ones take for the same error.",
                 tell::rms(adaptive.true_rms),
                 duration(adaptive.seconds),
                 100.0 * adaptive.seconds / same
             );
         }
+    }
+    if let Some(converged) = study.table.converged_rms.filter(|&error| error > 0.2 * last.true_rms) {
+        let _ = write!(
+            words,
+            " The converged picture itself is wrong by about {}: errors that are not far larger are not to be relied on.",
+            tell::rms(converged)
+        );
     }
     if study.left > 0 {
         let _ = write!(
@@ -120,7 +127,7 @@ fn csv(study: &Study<'_>) -> String {
         let stated = row.stated_rms.map_or(String::new(), |error| format!("{error:.9}"));
         let _ = writeln!(
             text,
-            "{},{},{:.2},{:.9},{stated},{:.6},{:.6},{:.6},{:.3}",
+            "\"{}\",\"{}\",{:.2},{:.9},{stated},{:.6},{:.6},{:.6},{:.3}",
             row.way,
             row.setting,
             row.samples,

@@ -74,7 +74,7 @@ pub(super) struct Study<'a> {
     pub(super) left: usize,
     /// None until [`Study::measure`] has it.
     pub(super) truth: Option<Exposure>,
-    /// The folder holds a study of another scene or in another way.
+    /// The folder holds a study of another scene or in another way, or other files of the names that a study writes.
     holds_another: bool,
     folder: &'a Path,
     /// Threads, and bytes of memory that drawing may take.
@@ -104,13 +104,15 @@ impl<'a> Study<'a> {
             converged_rms: None,
             measured: Vec::new(),
         };
-        let (mut truth, mut holds_another) = (None, false);
+        // Files of these names that no study of ours goes on with are set aside, whosever they are.
+        let mut holds_another = super::report::files().iter().any(|name| folder.join(name).exists());
+        let mut truth = None;
         let found = kept(&folder.join("cost.json"), 16 << 20);
         if let Some(found) = found.and_then(|text| serde_json::from_slice::<Table>(&text).ok()) {
             let blank = |table: &Table| Table { measured: Vec::new(), converged_rms: None, ..table.clone() };
             let same = serde_json::to_string(&blank(&found)).ok() == serde_json::to_string(&table).ok();
-            holds_another = !same && !found.measured.is_empty();
             if same {
+                holds_another = false;
                 truth = converged(&folder.join("converged.exr"), &table);
                 // Errors against a picture that is gone are worth nothing.
                 if truth.is_some() {
@@ -238,7 +240,7 @@ impl<'a> Study<'a> {
             file: self.folder.display().to_string(),
             line: None,
             message: format!(
-                "this held a study of another scene, or by another way to measure: it is in {} now",
+                "this held a study of another scene or by another way to measure, or files of the same names: they are in {} now",
                 kept.display()
             ),
         }]);
