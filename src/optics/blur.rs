@@ -1,7 +1,7 @@
 //! The blur of a point: the conic that the whole aperture's images of it fill.
 
 use super::Optics;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// The ellipse on the film in which the disk of the aperture images one object point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +65,20 @@ impl Optics {
         })
     }
 
+    /// For many points: see [`BlurBound::at`].
+    pub(crate) fn blur_bound(&self) -> BlurBound {
+        let focus = self.focus_plane();
+        let edge = |s: DVec3| DVec3::new(self.fx.dot(s), self.fy.dot(s), self.n.dot(s));
+        BlurBound {
+            normal: self.n,
+            axis: self.a,
+            power: 1.0 / self.f,
+            film: [self.fx, self.fy],
+            focus: (focus.m, focus.e),
+            edges: [edge(self.ex * self.radius), edge(self.ey * self.radius)],
+        }
+    }
+
     /// `Q_s(X)` in the film frame: homogeneous `(x w, y w, w)`, for the lens point `s` and the object
     /// point `x`, both in lens space.
     pub(crate) fn film_image(&self, s: DVec3, x: DVec3) -> DVec3 {
@@ -74,5 +88,85 @@ impl Optics {
         let q = (ns + self.e) * x - s * (focus.m.dot(x) + focus.e);
         let from_center = q - self.film_center * w;
         DVec3::new(self.fx.dot(from_center), self.fy.dot(from_center), w)
+    }
+}
+
+/// What [`Optics::blur_of`] needs of a camera, ready for many points.
+pub(crate) struct BlurBound {
+    normal: DVec3,
+    axis: DVec3,
+    power: f64,
+    film: [DVec3; 2],
+    focus: (DVec3, f64),
+    /// Of both half-axes of the aperture: along the film, and along its normal.
+    edges: [DVec3; 2],
+}
+
+impl BlurBound {
+    /// How far before the lens a point in lens space is, metres.
+    pub(crate) fn depth(&self, point: DVec3) -> f64 {
+        self.axis.dot(point)
+    }
+
+    /// No less than the largest diameter of [`Optics::blur_of`], nor more than `sqrt 2` times that, in a fraction of the time;
+    /// infinite where there is no ellipse. In the terms used there, `2 |sigma| sqrt(sxx + syy)`.
+    pub(crate) fn at(&self, point: DVec3) -> f64 {
+        let (along, axis) = (self.normal.dot(point), self.axis.dot(point));
+        let place = DVec2::new(self.film[0].dot(point), self.film[1].dot(point)) / along;
+        let slope = (1.0 - axis * self.power) / -along;
+        let [u, v] = self.edges.map(|edge| (place * edge.z - edge.truncate(), edge.z * slope));
+        let k = 1.0 - (u.1 * u.1 + v.1 * v.1);
+        if axis <= 0.0 || along >= 0.0 || k.is_nan() || k <= 0.0 {
+            return f64::INFINITY;
+        }
+        let center = (u.0 * u.1 + v.0 * v.1) / k;
+        let spread = (u.0.length_squared() + v.0.length_squared()) / k;
+        let (m, e) = self.focus;
+        2.0 * ((m.dot(point) + e) / along).abs() * (center.length_squared() + spread).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Aperture, Camera, FilmSize, Standard};
+    use crate::quantity::{Angle, FNumber, Length};
+
+    #[test]
+    fn a_bound_of_blur_is_none_too_small_nor_half_too_large() {
+        let standard = |tilt: f64, swing: f64| Standard {
+            tilt: Angle::degrees(tilt),
+            swing: Angle::degrees(swing),
+            ..Standard::default()
+        };
+        for (front, rear, f_number) in [((0.0, 0.0), (0.0, 0.0), 2.8), ((8.0, -3.0), (-12.0, 5.0), 1.2)] {
+            let camera = Camera {
+                rail: Camera::rail_frame(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y).unwrap(),
+                front: standard(front.0, front.1),
+                rear: standard(rear.0, rear.1),
+                extension: Length::millimetres(155.0),
+                focal_length: Length::millimetres(150.0),
+                aperture: Aperture::FNumber(FNumber::new(f_number).unwrap()),
+                film: FilmSize { width: Length::millimetres(120.0), height: Length::millimetres(96.0) },
+                near: Length::millimetres(10.0),
+            };
+            let optics = Optics::new(&camera).unwrap();
+            let bound = optics.blur_bound();
+            let mut seen = 0;
+            for i in 0..3000 {
+                let at = |step: f64| libm::fmod(f64::from(i) * step, 1.0) - 0.5;
+                let point = DVec3::new(8.0 * at(0.618), 6.0 * at(0.413), -10.0 * (at(0.731) + 0.49));
+                let most = bound.at(point);
+                match optics.blur_of(point) {
+                    Some(blur) => {
+                        seen += 1;
+                        assert!(most >= blur.largest * (1.0 - 1e-9), "{point}: {most} and {}", blur.largest);
+                        assert!(most <= 1.415 * blur.largest + 1e-15, "{point}: {most} and {}", blur.largest);
+                    }
+                    None => assert_eq!(most, f64::INFINITY, "{point}"),
+                }
+            }
+            assert!(seen > 1000);
+        }
     }
 }

@@ -37,11 +37,19 @@ impl Seen {
     /// Whether anything in view is blurred by at least `threshold` pixels.
     pub(super) fn has_blur_of(scene: &Scene, threshold: f64) -> bool {
         let (optics, surfaces) = (&scene.optics, &scene.surfaces);
-        let frame = Frame::new(scene);
+        let (frame, bound) = (Frame::new(scene), optics.blur_bound());
         surfaces.triangles.par_iter().any(|corners| {
             let world = corners.map(|i| surfaces.positions[i as usize]);
             let corners = world.map(|p| optics.world_from_lens().point_inverse(p));
-            frame.blurs(&frame.in_view(corners)).any(|blur| blur >= threshold)
+            // Mostly its corners tell enough: nothing between them is blurred more, and nothing is seen behind the lens.
+            let is_before = |&corner: &DVec3| bound.depth(corner) >= frame.near;
+            let is_small = |&corner: &DVec3| bound.at(corner) < threshold * frame.pixel;
+            let is_told = match corners.iter().filter(|corner| is_before(corner)).count() {
+                0 => true,
+                3 => corners.iter().all(is_small),
+                _ => false,
+            };
+            !is_told && frame.blurs(&frame.in_view(corners)).any(|blur| blur >= threshold)
         })
     }
 
