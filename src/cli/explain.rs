@@ -5,8 +5,9 @@
 
 use super::effects::EffectArguments;
 use super::input::{self, MemoryArguments, SceneArguments};
+use super::stats::{self, median};
 use super::values::{Pixels, Positive};
-use super::{interrupt, optics_words, report, stats};
+use super::{interrupt, optics_words, report};
 use groundglass::error::Result;
 use groundglass::picture::Exposure;
 use groundglass::plan::RenderPlan;
@@ -158,7 +159,7 @@ struct Probe {
 impl Probe {
     fn new(scene: &Scene, active: EffectSet, execution: Execution<'_>) -> Result<Self> {
         let mut scene = scene.clone();
-        let inactive = EffectName::ALL.into_iter().filter(|&effect| !active.has(effect)).collect();
+        let inactive = active.others();
         scene.render.effects = EffectChoice { all: false, with: active, without: inactive };
         let mut twin = scene.clone();
         twin.render.seed = scene.render.seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -202,12 +203,6 @@ fn extra_time(first: &Probe, second: &Probe, execution: Execution<'_>) -> Result
     // Of normal noise: its standard deviation from the median distance, and the error of a median of so many.
     let error = 1.4826 * median(&mut far) * 1.2533 / (differences.len() as f64).sqrt();
     Ok(if more.abs() <= 3.0 * error { 0.0 } else { more / median(&mut times) })
-}
-
-fn median(numbers: &mut [f64]) -> f64 {
-    numbers.sort_by(f64::total_cmp);
-    let middle = numbers.len() / 2;
-    if numbers.len() % 2 == 1 { numbers[middle] } else { 0.5 * (numbers[middle - 1] + numbers[middle]) }
 }
 
 /// In parentheses what would be, and is not.

@@ -54,7 +54,7 @@ impl Progress {
             *last = Instant::now();
             let part = done as f64 / total.max(1) as f64;
             let left = self.started.elapsed().as_secs_f64() * (1.0 - part) / part.max(1e-3);
-            super::report::progress(&format!("{what}: {:.0} %, about {left:.0} s left", 100.0 * part));
+            super::report::say(&format!("{what}: {:.0} %, about {left:.0} s left", 100.0 * part));
         }
         let Some(bar) = &self.bar else { return };
         if self.started.elapsed() < PATIENCE {

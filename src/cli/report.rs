@@ -92,12 +92,8 @@ fn is_colourful() -> bool {
     io::stderr().is_terminal() && !refused && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
 }
 
-/// A line of progress on standard error.
-pub(super) fn progress(line: &str) {
-    say(line);
-}
-
-fn say(text: &str) {
+/// A line on standard error.
+pub(super) fn say(text: &str) {
     let mut out = io::stderr().lock();
     // Standard error may be closed or full; there is nobody left to tell.
     if may_write(&out, text.len() + 1) {

@@ -86,6 +86,13 @@ pub(super) fn cpu_seconds() -> f64 {
     }
 }
 
+/// The middle of the numbers, which it puts in order; of an even number of them the mean of the middle two.
+pub(super) fn median(numbers: &mut [f64]) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    let middle = numbers.len() / 2;
+    if numbers.len() % 2 == 1 { numbers[middle] } else { 0.5 * (numbers[middle - 1] + numbers[middle]) }
+}
+
 /// What the program itself takes beside scenes and pictures, where the system does not tell: code, stacks.
 const ITSELF: u64 = 32 << 20;
 
@@ -196,12 +203,10 @@ fn effects_note(scene: &Scene, left_out: EffectSet) -> String {
         words.push("--all-effects".to_owned());
     }
     for (flag, set) in [("with", choice.with), ("without", choice.without)] {
-        let named = EffectName::ALL.into_iter().filter(|&effect| set.has(effect));
-        words.extend(named.map(|effect| format!("--{flag} {effect}")));
+        words.extend(set.iter().map(|effect| format!("--{flag} {effect}")));
     }
     let mut note = if words.is_empty() { "as the scene asks".to_owned() } else { words.join(" ") };
-    let small: Vec<_> =
-        EffectName::ALL.into_iter().filter(|&effect| left_out.has(effect)).map(EffectName::name).collect();
+    let small: Vec<_> = left_out.iter().map(EffectName::name).collect();
     if !small.is_empty() {
         note += &format!("; left out as too small to be seen: {}", small.join(", "));
     }

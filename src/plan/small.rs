@@ -12,13 +12,13 @@ use std::cell::OnceCell;
 pub(super) const BLUR_PX: f64 = 0.25;
 
 /// Of a blur below this many pixels the shape is not seen.
-pub(super) const SHAPE_PX: f64 = 1.0;
+const SHAPE_PX: f64 = 1.0;
 
 /// A penumbra below this many pixels is an edge.
-pub(super) const PENUMBRA_PX: f64 = 0.25;
+const PENUMBRA_PX: f64 = 0.25;
 
 /// Weights of falloff within this of 1 are not seen.
-pub(super) const FALLOFF: f64 = 0.002;
+const FALLOFF: f64 = 0.002;
 
 /// A scene, and what is known of its view so far.
 pub(super) struct View<'a> {
@@ -62,18 +62,22 @@ impl<'a> View<'a> {
         has(self.scale * usual) || (threshold(self) < self.scale * usual && has(threshold(self)))
     }
 
+    /// How wide the sun's disk is at a distance of one; 0 without a sun.
+    fn sun(&self) -> f64 {
+        let half = self.scene.sun.as_ref().map_or(0.0, |sun| 0.5 * sun.angular_diameter.as_radians());
+        2.0 * libm::tan(half.min(1.5))
+    }
+
     /// The widest penumbra: the sun's disk over the longest way light can go between two surfaces, as large as it is drawn.
     /// Pixels.
     pub(super) fn penumbra(&self) -> f64 {
-        let Some(sun) = &self.scene.sun else { return 0.0 };
-        2.0 * libm::tan((0.5 * sun.angular_diameter.as_radians()).min(1.5)) * self.seen().shadow
+        self.sun() * self.seen().shadow
     }
 
     /// No less than [`Self::penumbra`], without a look at each triangle: light that goes through all of the scene, to its point
     /// nearest to the camera, drawn as large as at the film's corner.
     fn farthest_penumbra(&self) -> f64 {
         let (scene, optics) = (self.scene, &self.scene.optics);
-        let Some(sun) = &scene.sun else { return 0.0 };
         let [low, high] = bounds(&scene.surfaces.positions);
         let extent = if low.cmple(high).all() { (high - low).length() } else { 0.0 };
         let eye = optics.world_from_lens().point(DVec3::ZERO);
@@ -86,7 +90,7 @@ impl<'a> View<'a> {
         let farthest = corners.into_iter().fold(0.0, f64::max);
         let pixel = width / f64::from(scene.render.width);
         let magnification = farthest * farthest / optics.film_plane().e.abs() / nearest / pixel;
-        2.0 * libm::tan((0.5 * sun.angular_diameter.as_radians()).min(1.5)) * extent * magnification
+        self.sun() * extent * magnification
     }
 
     pub(super) fn blur_threshold(&self) -> f64 {

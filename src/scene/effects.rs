@@ -88,6 +88,17 @@ impl EffectSet {
         self.0 >> effect as u16 & 1 == 1
     }
 
+    /// Those that it holds, in their order.
+    pub fn iter(self) -> impl Iterator<Item = EffectName> {
+        EffectName::ALL.into_iter().filter(move |&effect| self.has(effect))
+    }
+
+    /// All that it does not hold.
+    #[must_use]
+    pub fn others(self) -> Self {
+        Self(Self::ALL.0 & !self.0)
+    }
+
     /// With or without this one.
     #[must_use]
     pub fn set(self, effect: EffectName, is_in: bool) -> Self {
@@ -104,8 +115,7 @@ impl FromIterator<EffectName> for EffectSet {
 
 impl fmt::Debug for EffectSet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names: Vec<_> =
-            EffectName::ALL.into_iter().filter(|&effect| self.has(effect)).map(EffectName::name).collect();
+        let names: Vec<_> = self.iter().map(EffectName::name).collect();
         write!(f, "[{}]", names.join(" "))
     }
 }
@@ -134,5 +144,6 @@ mod tests {
         assert!("bokeh".parse::<EffectName>().unwrap_err().contains("aperture-shape"));
         let two: EffectSet = [EffectName::Holes, EffectName::Defocus].into_iter().collect();
         assert_eq!(format!("{two:?}"), "[defocus holes]");
+        assert!(two.others().iter().all(|effect| !two.has(effect)) && two.others().others() == two);
     }
 }

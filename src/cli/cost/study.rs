@@ -3,6 +3,7 @@
 use super::super::output;
 use super::super::progress::Progress;
 use super::super::report;
+use super::super::stats::median;
 use super::ways::{Setting, Step, UNIFORM, draw, ladder};
 use exr::prelude::{ReadChannels, ReadLayers};
 use groundglass::error::{Error, ErrorKind, Result, Warning};
@@ -311,13 +312,6 @@ fn work(step: &Step) -> f64 {
 /// Whether two steps take about as long a sample.
 fn is_like(a: &Step, b: &Step) -> bool {
     std::mem::discriminant(&a.setting) == std::mem::discriminant(&b.setting)
-}
-
-/// The middle of the numbers, which it puts in order; of an even number of them the mean of the middle two.
-fn median(numbers: &mut [f64]) -> f64 {
-    numbers.sort_by(f64::total_cmp);
-    let middle = numbers.len() / 2;
-    if numbers.len() % 2 == 1 { numbers[middle] } else { 0.5 * (numbers[middle - 1] + numbers[middle]) }
 }
 
 /// An error with a remedy, if it is that the study was stopped.

@@ -61,7 +61,7 @@ pub(super) fn ladder(scene: &Scene, quick: bool) -> Vec<Step> {
         let filters = &reference::FILTERS[..if textured { reference::FILTERS.len() } else { 1 }];
         steps.extend(filters.iter().map(|(_, way)| step(way, Setting::Double(16))));
     }
-    for name in EffectName::ALL.into_iter().filter(|&name| plan.active().has(name)) {
+    for name in plan.active().iter() {
         steps.push(step(&format!("without {name}"), Setting::Samples(64)));
     }
     for set in PointSet::ALL.into_iter().filter(|&set| set != PointSet::default()) {
