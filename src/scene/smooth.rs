@@ -2,8 +2,9 @@
 //!
 //! Palettes of low-poly models are broad fields of one colour or of a straight slope from one to another. There the
 //! mean of what samples see is the colour at their mean place. Squares of 8 x 8 texels are fitted with a
-//! plane a channel; a square is smooth where it and the eight around it lie on its plane. Photographs have
-//! hardly any such squares, and most of theirs are told by five texels.
+//! plane a channel; a square is smooth where it and the eight around it lie on its plane, and each channel of each only rises or
+//! only falls along rows and along columns, as steps of 8 bits on a slope do and noise, however weak, does not. Photographs
+//! have hardly any such squares, and most of theirs are told by five texels.
 
 use rayon::prelude::*;
 
@@ -112,7 +113,8 @@ impl Plane {
             let (found, wanted) = (texel(x, y), plane.at([x as f32 - middle, y as f32 - middle]));
             (0..3).all(|c| (found[c] - wanted[c]).abs() <= OFF)
         };
-        (0..SIDE * SIDE).all(|i| lies(i % SIDE, i / SIDE)).then_some(plane)
+        let is_straight = (0..SIDE * SIDE).all(|i| lies(i % SIDE, i / SIDE));
+        (is_straight && is_monotone(texel)).then_some(plane)
     }
 
     /// The colour this far from the middle, texels.
@@ -129,6 +131,26 @@ impl Plane {
             (0..3).all(|c| (own[c] - found[c]).abs() <= 2.0 * OFF)
         })
     }
+}
+
+/// Whether each channel of a square only rises or only falls along its rows, and along its columns: steps of a slope that 8 bits
+/// hold do, noise does not, however weak.
+fn is_monotone(texel: impl Fn(usize, usize) -> [f32; 3]) -> bool {
+    let [mut rises, mut falls] = [[[false; 3]; 2]; 2];
+    for i in 0..SIDE * (SIDE - 1) {
+        let (along, across) = (i % (SIDE - 1), i / (SIDE - 1));
+        let steps = [
+            (texel(along, across), texel(along + 1, across)),
+            (texel(across, along), texel(across, along + 1)),
+        ];
+        for (axis, (one, next)) in steps.into_iter().enumerate() {
+            for c in 0..3 {
+                rises[axis][c] |= next[c] > one[c];
+                falls[axis][c] |= next[c] < one[c];
+            }
+        }
+    }
+    (0..3).all(|c| (0..2).all(|axis| !(rises[axis][c] && falls[axis][c])))
 }
 
 #[cfg(test)]
@@ -162,6 +184,17 @@ mod tests {
         let spot = Smooth::of(&level(64, 64, |x, y| if (x, y) == (30, 30) { 0.6 } else { 0.5 }));
         let spoilt = (0..64).filter(|i| !spot.around(i % 8 * 8, i / 8 * 8)).count();
         assert_eq!(spoilt, 9);
+    }
+
+    #[test]
+    fn steps_of_eight_bits_are_smooth_and_noise_of_one_step_is_not() {
+        let step = 1.0 / 255.0;
+        let steps = Smooth::of(&level(64, 64, |x, y| ((x + 2 * y) as f32 * 0.1).floor() * step + 0.2));
+        assert!((8..56).all(|x| (8..56).all(|y| steps.around(x, y))));
+        let odd = |x: u32, y: u32| ((x * 31 + y * 17) * 2_654_435_769_u32) >> 31;
+        assert!(Smooth::of(&level(64, 64, |x, y| 0.2 + odd(x, y) as f32 * step)).is_empty());
+        let dithered = |x: u32, y: u32| ((x as f32 * 0.1).floor() + odd(x, y) as f32) * step + 0.2;
+        assert!(Smooth::of(&level(64, 64, dithered)).is_empty());
     }
 
     #[test]

@@ -77,6 +77,12 @@ pub fn noise(random: &mut Random, size: u32, holes: bool) -> Texture {
     Texture::from_level(Level { width: size, height: size, texels }).unwrap()
 }
 
+/// The linear light that 8-bit sRGB holds instead of this one (not of the darkest).
+pub fn eight_bits(linear: f64) -> f64 {
+    let code = (255.0 * (1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055)).round() / 255.0;
+    libm::pow((code + 0.055) / 1.055, 2.4)
+}
+
 /// A palette as low-poly models have them: fields of one colour and of a straight slope from one to another, in 8-bit sRGB.
 pub fn palette(random: &mut Random, size: u32) -> Texture {
     const FIELD: u32 = 32;
@@ -87,14 +93,10 @@ pub fn palette(random: &mut Random, size: u32) -> Texture {
             [color(0.3, 0.6), color(-slope, slope), color(-slope, slope)]
         })
         .collect();
-    let coded = |linear: f64| {
-        let code = (255.0 * (1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055)).round() / 255.0;
-        libm::pow((code + 0.055) / 1.055, 2.4)
-    };
     let texel = |x: u32, y: u32| {
         let [base, right, down] = fields[(y / FIELD * size.div_ceil(FIELD) + x / FIELD) as usize];
         let [u, v] = [x, y].map(|c| f64::from(c % FIELD) / f64::from(FIELD) - 0.5);
-        let value = |c: usize| (coded(base[c] + u * right[c] + v * down[c]) * 65535.0) as u16;
+        let value = |c: usize| (eight_bits(base[c] + u * right[c] + v * down[c]) * 65535.0) as u16;
         [value(0), value(1), value(2), 65535]
     };
     let texels = (0..size * size).map(|i| texel(i % size, i / size)).collect();
