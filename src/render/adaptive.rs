@@ -147,6 +147,7 @@ impl Progressive<'_> {
         self.first_round(&forecast, execution)?;
         let mut before = None;
         loop {
+            self.judge_edges();
             let goal = allowed * self.picture.values() / (1.0 + self.uncertainty());
             if self.squared_error() <= goal {
                 return Ok(());

@@ -7,6 +7,7 @@
 
 use super::allocate::{Block, Forecast};
 use super::draw::{TILES_AT_ONCE, TileScratch};
+use super::edges;
 use super::kept::{self, AREA, Blocks, Half, Kept, Odd};
 use super::picture::Picture;
 use super::resolve::{BLOCKS, Sum, block_place};
@@ -41,6 +42,8 @@ pub(super) struct Progressive<'a> {
     /// These by the word of the samples alone, by which forecasts go, and what edges may hide.
     pub plain: Vec<f64>,
     pub hidden: Vec<f64>,
+    /// The errors of blocks that lights raised, 0 of the others.
+    lights: Vec<f64>,
     /// The errors after the first run.
     first: Vec<f64>,
     pub edges: EdgesErr,
@@ -58,7 +61,7 @@ impl<'a> Progressive<'a> {
         let (even, odd) = (zeroed(tiles)?, vec![Odd::new(); tiles]);
         let (columns, rows) = samples.columns_and_rows();
         let errors = zeroed::<f64>(columns as usize * rows as usize)?;
-        let (plain, hidden, first) = (errors.clone(), errors.clone(), errors.clone());
+        let [plain, hidden, lights, first] = std::array::from_fn(|_| errors.clone());
         let (costs, stale, apart) = (zeroed(tiles)?, zeroed(tiles)?, zeroed(tiles)?);
         Ok(Self {
             picture,
@@ -69,6 +72,7 @@ impl<'a> Progressive<'a> {
             errors,
             plain,
             hidden,
+            lights,
             first,
             edges: EdgesErr { share: 1.0, is_much: true },
             stale,
@@ -111,7 +115,25 @@ impl<'a> Progressive<'a> {
             self.errors.fill(0.0);
             self.plain.fill(0.0);
             self.hidden.fill(0.0);
+            self.lights.fill(0.0);
             self.costs.fill(0.0);
+        }
+    }
+
+    /// Says what edges err by all that has been seen, as [`super::finish`] does, and no longer by the pilot.
+    pub(super) fn judge_edges(&mut self) {
+        let columns = self.samples.columns_and_rows().0;
+        let mut tiles = vec![[0.0; 2]; self.picture.tiles()];
+        for (block, (&plain, &hidden)) in self.plain.iter().zip(&self.hidden).enumerate() {
+            let (x, y) = (block as u32 % columns / BLOCKS, block as u32 / columns / BLOCKS);
+            let tile = &mut tiles[(y * self.picture.bins.tiles_x + x) as usize];
+            let [found, hides] = edges::found_and_hidden([(plain, hidden)]);
+            *tile = [tile[0] + found, tile[1] + hides];
+        }
+        self.edges.share = edges::share(tiles);
+        let seen = self.plain.iter().zip(&self.hidden).zip(&self.lights);
+        for (error, ((plain, hidden), &light)) in self.errors.iter_mut().zip(seen) {
+            *error = plain.max(self.edges.share * hidden).max(light);
         }
     }
 
@@ -235,6 +257,8 @@ impl<'a> Progressive<'a> {
                 let at = (y * columns + x) as usize;
                 (self.errors[at], self.plain[at], self.hidden[at]) =
                     (errors[block], plain[block], hidden[block]);
+                let is_raised = errors[block] > plain[block].max(self.edges.share * hidden[block]);
+                self.lights[at] = if is_raised { errors[block] } else { 0.0 };
                 if is_first {
                     self.first[at] = first[block];
                 }
