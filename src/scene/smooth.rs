@@ -24,6 +24,9 @@ pub(crate) struct Smooth {
     squares: Vec<bool>,
 }
 
+/// The texels of a square, row by row.
+type Square = [[[u16; 4]; SIDE]; SIDE];
+
 /// Red, green and blue at the middle of a square, and their change with a texel to the right and down.
 #[derive(Clone, Copy)]
 struct Plane([[f32; 3]; 3]);
@@ -78,8 +81,13 @@ impl Smooth {
 impl Plane {
     /// The plane of a square, where all of its texels lie on one.
     fn of(level: &Level, column: usize, row: usize) -> Option<Self> {
+        let mut square: Square = [[[0; 4]; SIDE]; SIDE];
+        for (y, texels) in square.iter_mut().enumerate() {
+            let first = (row * SIDE + y) * level.width as usize + column * SIDE;
+            texels.copy_from_slice(&level.texels[first..first + SIDE]);
+        }
         let texel = |x: usize, y: usize| {
-            let [r, g, b, _] = level.texels[(row * SIDE + y) * level.width as usize + column * SIDE + x];
+            let [r, g, b, _] = square[y][x];
             [r, g, b].map(|value| f32::from(value) * (1.0 / 65535.0))
         };
         // Least squares: the places are the same in every square, so a slope is a weighted sum.
@@ -114,7 +122,7 @@ impl Plane {
             (0..3).all(|c| (found[c] - wanted[c]).abs() <= OFF)
         };
         let is_straight = (0..SIDE * SIDE).all(|i| lies(i % SIDE, i / SIDE));
-        (is_straight && is_monotone(texel)).then_some(plane)
+        (is_straight && is_monotone(&square)).then_some(plane)
     }
 
     /// The colour this far from the middle, texels.
@@ -135,22 +143,20 @@ impl Plane {
 
 /// Whether each channel of a square only rises or only falls along its rows, and along its columns: steps of a slope that 8 bits
 /// hold do, noise does not, however weak.
-fn is_monotone(texel: impl Fn(usize, usize) -> [f32; 3]) -> bool {
-    let [mut rises, mut falls] = [[[false; 3]; 2]; 2];
-    for i in 0..SIDE * (SIDE - 1) {
-        let (along, across) = (i % (SIDE - 1), i / (SIDE - 1));
-        let steps = [
-            (texel(along, across), texel(along + 1, across)),
-            (texel(across, along), texel(across, along + 1)),
-        ];
-        for (axis, (one, next)) in steps.into_iter().enumerate() {
-            for c in 0..3 {
-                rises[axis][c] |= next[c] > one[c];
-                falls[axis][c] |= next[c] < one[c];
+fn is_monotone(square: &Square) -> bool {
+    [[1, 0], [0, 1]].iter().all(|&[right, down]| {
+        let [mut rises, mut falls] = [[false; 4]; 2];
+        for y in down..SIDE {
+            for x in right..SIDE {
+                let (one, next) = (square[y - down][x - right], square[y][x]);
+                for c in 0..4 {
+                    rises[c] |= next[c] > one[c];
+                    falls[c] |= next[c] < one[c];
+                }
             }
         }
-    }
-    (0..3).all(|c| (0..2).all(|axis| !(rises[axis][c] && falls[axis][c])))
+        (0..3).all(|c| !(rises[c] && falls[c]))
+    })
 }
 
 #[cfg(test)]
