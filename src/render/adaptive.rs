@@ -13,7 +13,6 @@ use super::base::{LATER, base, first_work};
 use super::picture::Picture;
 use super::pilot::{self, Pilot};
 use super::progressive::Progressive;
-use super::resolve::BLOCKS;
 use super::{Counts, Execution};
 use crate::error::Result;
 use crate::picture::{BlockSamples, Exposure};
@@ -107,11 +106,9 @@ impl Progressive<'_> {
     /// How uncertain the sum of squared errors is, as a part of it.
     fn uncertainty(&self) -> f64 {
         let sum = self.squared_error();
-        let columns = self.samples.columns_and_rows().0;
         let mut tiles = vec![(0.0, 0.0); self.picture.tiles()];
         for (block, (error, plain)) in self.errors.iter().zip(&self.plain).enumerate() {
-            let (x, y) = (block as u32 % columns / BLOCKS, block as u32 / columns / BLOCKS);
-            let tile = &mut tiles[(y * self.picture.bins.tiles_x + x) as usize];
+            let tile = &mut tiles[self.tile_of(block)];
             *tile = (tile.0 + error, tile.1 + plain);
         }
         let variance = |(error, plain): (f64, f64)| {
@@ -147,7 +144,6 @@ impl Progressive<'_> {
         self.first_round(&forecast, execution)?;
         let mut before = None;
         loop {
-            self.judge_edges();
             let goal = allowed * self.picture.values() / (1.0 + self.uncertainty());
             if self.squared_error() <= goal {
                 return Ok(());

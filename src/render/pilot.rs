@@ -6,8 +6,7 @@
 
 use super::Execution;
 use super::allocate::{self, Block, TileBlocks};
-use super::edges;
-use super::progressive::{EdgesErr, Progressive};
+use super::progressive::Progressive;
 use super::resolve::BLOCKS;
 use crate::error::Result;
 
@@ -69,20 +68,15 @@ impl Progressive<'_> {
         tiles.iter().copied().flat_map(places).for_each(|place| wanted[at(place)] = samples);
         self.round(&wanted, execution, &|| false)?;
         let of_tile = |&tile: &(u32, u32)| {
-            let places: Vec<(u32, u32)> = places(tile).collect();
-            let edges = places.iter().map(|&place| (self.plain[at(place)], self.hidden[at(place)]));
-            let edges = edges::found_and_hidden(edges);
-            let block = |&(x, y): &(u32, u32)| Block { error: self.plain[at((x, y))], ..self.block(x, y) };
-            let blocks = places.iter().map(block).collect();
-            (TileBlocks::new(blocks, (columns - tile.0 * BLOCKS).min(BLOCKS) as usize), edges)
+            let block = |(x, y): (u32, u32)| Block { error: self.plain[at((x, y))], ..self.block(x, y) };
+            let blocks = places(tile).map(block).collect();
+            TileBlocks::new(blocks, (columns - tile.0 * BLOCKS).min(BLOCKS) as usize)
         };
-        let (tiles, edges): (Vec<_>, Vec<_>) = tiles.iter().map(of_tile).unzip();
-        // None of these tiles was chosen for its error: later those go on that seem to be wrong.
-        let share = edges::share(edges);
-        let raised = self.plain.iter().zip(&self.hidden).map(|(&plain, hidden)| plain.max(share * hidden));
-        let is_much = raised.sum::<f64>() > MUCH * self.plain.iter().sum::<f64>();
-        self.edges = EdgesErr { share, is_much };
-        Ok(tiles)
+        let seen = tiles.iter().map(of_tile).collect();
+        let by_edges =
+            self.plain.iter().zip(&self.hidden).map(|(&plain, &hidden)| self.edges.error(plain, hidden, 0.0));
+        self.edges.is_much = by_edges.sum::<f64>() > MUCH * self.plain.iter().sum::<f64>();
+        Ok(seen)
     }
 }
 

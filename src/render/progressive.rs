@@ -29,6 +29,13 @@ pub(super) struct EdgesErr {
     pub is_much: bool,
 }
 
+impl EdgesErr {
+    /// A block's squared error: by the word of its samples, and what edges and lights may hide.
+    pub(super) fn error(self, plain: f64, hidden: f64, lights: f64) -> f64 {
+        plain.max(self.share * hidden).max(lights)
+    }
+}
+
 /// The picture as far as it is.
 pub(super) struct Progressive<'a> {
     pub picture: &'a Picture<'a>,
@@ -39,10 +46,9 @@ pub(super) struct Progressive<'a> {
     pub samples: BlockSamples,
     /// Block by block the sum of squared errors over its pixels and channels.
     pub errors: Vec<f64>,
-    /// These by the word of the samples alone, by which forecasts go, and what edges may hide.
+    /// These by the word of the samples alone, by which forecasts go, and what edges and lights may hide.
     pub plain: Vec<f64>,
     pub hidden: Vec<f64>,
-    /// The errors of blocks that lights raised, 0 of the others.
     lights: Vec<f64>,
     /// The errors after the first run.
     first: Vec<f64>,
@@ -120,21 +126,24 @@ impl<'a> Progressive<'a> {
         }
     }
 
-    /// Says what edges err by all that has been seen, as [`super::finish`] does, and no longer by the pilot.
-    pub(super) fn judge_edges(&mut self) {
-        let columns = self.samples.columns_and_rows().0;
+    /// Says of each block by all that was drawn, as [`super::finish`] does, what edges err and so what it errs.
+    fn judge(&mut self) {
         let mut tiles = vec![[0.0; 2]; self.picture.tiles()];
         for (block, (&plain, &hidden)) in self.plain.iter().zip(&self.hidden).enumerate() {
-            let (x, y) = (block as u32 % columns / BLOCKS, block as u32 / columns / BLOCKS);
-            let tile = &mut tiles[(y * self.picture.bins.tiles_x + x) as usize];
+            let tile = &mut tiles[self.tile_of(block)];
             let [found, hides] = edges::found_and_hidden([(plain, hidden)]);
             *tile = [tile[0] + found, tile[1] + hides];
         }
         self.edges.share = edges::share(tiles);
-        let seen = self.plain.iter().zip(&self.hidden).zip(&self.lights);
-        for (error, ((plain, hidden), &light)) in self.errors.iter_mut().zip(seen) {
-            *error = plain.max(self.edges.share * hidden).max(light);
+        for (block, error) in self.errors.iter_mut().enumerate() {
+            *error = self.edges.error(self.plain[block], self.hidden[block], self.lights[block]);
         }
+    }
+
+    /// The tile that a block lies in.
+    pub(super) fn tile_of(&self, block: usize) -> usize {
+        let (columns, block) = (self.samples.columns_and_rows().0, block as u32);
+        (block / columns / BLOCKS * self.picture.bins.tiles_x + block % columns / BLOCKS) as usize
     }
 
     pub(super) fn pixels(&self) -> f64 {
@@ -232,6 +241,7 @@ impl<'a> Progressive<'a> {
             return Err(stopped());
         }
         self.take(drawn?);
+        self.judge();
         Ok(())
     }
 
@@ -240,7 +250,7 @@ impl<'a> Progressive<'a> {
         let (columns, rows) = self.samples.columns_and_rows();
         for (tile, drawn) in drawn.into_iter().enumerate() {
             let (Some(drawn), place) = (drawn, self.picture.place(tile)) else { continue };
-            let Drawn { tally, cost, changed, errors, first, plain, hidden } = drawn;
+            let Drawn { tally, cost, changed, first, plain, hidden, lights } = drawn;
             self.counts.shading_requests += tally.requests;
             self.counts.stages.add(&tally.stages);
             let is_first = self.costs[tile] == 0.0;
@@ -255,10 +265,8 @@ impl<'a> Progressive<'a> {
                 let (x, y) = block_place(place, block);
                 self.samples.set(x, y, changed[block]);
                 let at = (y * columns + x) as usize;
-                (self.errors[at], self.plain[at], self.hidden[at]) =
-                    (errors[block], plain[block], hidden[block]);
-                let is_raised = errors[block] > plain[block].max(self.edges.share * hidden[block]);
-                self.lights[at] = if is_raised { errors[block] } else { 0.0 };
+                (self.plain[at], self.hidden[at], self.lights[at]) =
+                    (plain[block], hidden[block], lights[block]);
                 if is_first {
                     self.first[at] = first[block];
                 }

@@ -39,13 +39,13 @@ pub(super) struct Drawn {
     pub tally: Tally,
     /// What a sample of its first run takes: see [`cost`].
     pub cost: f64,
-    /// The numbers of samples of the blocks that got more, and their errors; what these were after the first run.
+    /// The numbers of samples of the blocks that got more, and their errors after the first run.
     pub changed: ByBlock<u32>,
-    pub errors: ByBlock<f64>,
     pub first: ByBlock<f64>,
-    /// These by the word of the samples alone, and what edges may hide.
+    /// Their errors by the word of the samples alone, and what edges and lights may hide.
     pub plain: ByBlock<f64>,
     pub hidden: ByBlock<f64>,
+    pub lights: ByBlock<f64>,
 }
 
 /// What runs came to: which blocks got how many samples, and their errors by the word of these.
@@ -186,16 +186,22 @@ impl<'a> TileRound<'a> {
         let contrasts = known.unwrap_or_else(all);
         let hidden = |samples: &ByBlock<u32>| self.picture.all_missed(samples, &contrasts);
         let (first, hidden) = (self.errors(&begun, &first, &hidden(&begun)), hidden(&changed));
-        let errors = self.errors(&changed, &plain, &hidden);
+        let lights = self.lights(&changed);
         watch.lap(&mut tally.stages.resolve);
-        Some(Drawn { tally, cost, changed, errors, first, plain, hidden })
+        Some(Drawn { tally, cost, changed, first, plain, hidden, lights })
     }
 
     /// The errors of blocks with `samples`: by the word of these, and what edges and lights may hide.
     fn errors(&self, samples: &ByBlock<u32>, plain: &ByBlock<f64>, hidden: &ByBlock<f64>) -> ByBlock<f64> {
-        let mut errors = std::array::from_fn(|block| plain[block].max(self.edges.share * hidden[block]));
-        self.picture.raise_unseen(self.tile, self.sums, samples, &mut errors);
-        errors
+        let lights = self.lights(samples);
+        std::array::from_fn(|block| self.edges.error(plain[block], hidden[block], lights[block]))
+    }
+
+    /// What lights may hide in blocks with `samples`.
+    fn lights(&self, samples: &ByBlock<u32>) -> ByBlock<f64> {
+        let mut lights = ByBlock::default();
+        self.picture.raise_unseen(self.tile, self.sums, samples, &mut lights);
+        lights
     }
 
     /// Draws such runs, where the last ones were drawn in the same tile with its triangles as they are set up; resolves what
