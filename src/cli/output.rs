@@ -145,6 +145,12 @@ impl Folder {
         missing.reverse();
         let mut made = Self(Vec::new());
         for part in missing {
+            if std::fs::symlink_metadata(part).is_ok_and(|found| !found.is_symlink()) {
+                let message = format!("a folder is to be made there, and `{}` is a file", part.display());
+                return Err(Error::new(ErrorKind::Io, message)
+                    .in_file(path.display().to_string())
+                    .remedy("give another name"));
+            }
             interrupt::register(part, || std::fs::create_dir_all(part)).map_err(|error| {
                 interrupt::release(part, || ());
                 broken(path, &error)
