@@ -171,7 +171,8 @@ impl Counts {
 }
 
 pub(crate) fn too_large() -> Error {
-    Error::new(ErrorKind::TooLarge, "the mesh needs more memory than there is").remedy("split or thin it out")
+    Error::new(ErrorKind::TooLarge, "reading the mesh takes more memory than there is, or than was allowed")
+        .remedy("allow more memory, or split or thin out the mesh")
 }
 
 /// One corner: vertex, texture coordinate and normal, from 0, if named and in range.
