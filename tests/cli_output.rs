@@ -84,7 +84,8 @@ fn what_cannot_be_written_is_3_and_leaves_nothing() {
         run(&folder, &["solve", "scene.toml", "--distance", "8", "--write", target]).expect(3, &[target]);
     }
     run(&folder, &["cost", "scene.toml", "-o", "t.obj"]).expect(3, &["t.obj: is a file"]);
-    run(&folder, &["cost", "scene.toml", "-o", "t.obj/study"]).expect(3, &["t.obj/study", "`t.obj` is a file"]);
+    run(&folder, &["cost", "scene.toml", "-o", "t.obj/study"])
+        .expect(3, &["t.obj/study", "`t.obj` is a file"]);
     assert_eq!(names(&folder), before, "a picture is not left when its statistics cannot be");
     fs::write(folder.join("groundglass-out"), "x").unwrap();
     run(&folder, &["render", "scene.toml"]).expect(3, &["groundglass-out"]);

@@ -56,6 +56,16 @@ pub(super) struct Step {
     pub wanted: u64,
 }
 
+/// What is to be drawn of a tile.
+#[derive(Clone, Copy)]
+pub(super) struct Work<'a> {
+    pub steps: &'a [Step],
+    /// The last call with the same scratch drew the same tile.
+    pub is_set_up: bool,
+    /// Samples share no look-up.
+    pub alone: bool,
+}
+
 /// Samples of a batch in a region of 4 x 4 pixels.
 const REGION_SAMPLES: u64 = (LANES * REGION * REGION) as u64;
 
@@ -99,7 +109,7 @@ impl Picture<'_> {
         &self,
         scratch: &mut TileScratch,
         tile: (u32, u32),
-        (steps, is_set_up): (&[Step], bool),
+        Work { steps, is_set_up, alone }: Work<'_>,
         sums: &mut [Sum],
         mut watch: Stopwatch<'_>,
         stop: &dyn Fn() -> bool,
@@ -195,6 +205,7 @@ impl Picture<'_> {
                     rays: &rays,
                     pattern: &pattern,
                     single: !self.shared,
+                    alone,
                     falloff: self.falloff.as_ref(),
                 };
                 let pixel = |block: u32, lane: usize| self.pixel_key(tile, &pattern, batch, block)(lane);

@@ -4,6 +4,7 @@
 //!
 //! * `frame`, `picture`: the camera and the vertices in the lens frame, and triangles into bins (`raster::bin`).
 //! * `pattern`, `diffraction`: the samples of a tile, in batches of 16.
+//! * `sharing`: whether samples share look-ups where a texture is smooth.
 //! * `draw`: a tile, batch by batch: what is seen (`raster::tile`), surfaces (`looks`), their light (`shade`), into the sums.
 //! * `resolve`: from sums to means; and their errors, by `differences`, `clipped`, `highlights` (with `spread`) and `edges`.
 //! * `uniform`: all tiles with the same number of samples. Or `adaptive`, in rounds: `pilot`, `base` and `allocate` say how many
@@ -32,6 +33,7 @@ mod progressive;
 mod progressive_tests;
 mod resolve;
 mod room;
+mod sharing;
 mod spread;
 mod stages;
 mod tile_round;
@@ -187,12 +189,13 @@ fn draw<T: Send>(
         let watch = Stopwatch::start(execution.clock);
         let positions = picture::positions(scene);
         let cancel = execution.cancel;
-        let picture =
+        let mut picture =
             Picture::new(scene, &positions, sequence, simd.level(), cancel, watch, &mut counts.stages)?;
         if picture.stopped() {
             return Err(stopped());
         }
         room.check_tiles(&picture.bins)?;
+        picture.alone = picture.shows_sharing(sequence, execution, &mut counts.stages);
         make(&picture, counts)
     })?
 }

@@ -52,6 +52,8 @@ pub(super) struct Picture<'a> {
     pub(super) gain: f32,
     /// Samples that see one surface are shaded together.
     pub(super) shared: bool,
+    /// Each looks into textures by itself all the same ([`super::sharing`]).
+    pub(super) alone: bool,
     /// Surfaces are patches, not triangles.
     pub(super) alike: bool,
     pub(super) surface_count: usize,
@@ -162,6 +164,7 @@ impl<'a> Picture<'a> {
             points: Points { set: scene.render.points, shape, seed },
             gain,
             shared,
+            alone: false,
             alike,
             left_out,
             surface_count: if alike && !surfaces.patches.of.is_empty() {

@@ -6,7 +6,7 @@
 
 use super::Execution;
 use super::allocate::{Block, Forecast, TileBlocks, cost};
-use super::draw::{Step, Tally, TileScratch};
+use super::draw::{Step, Tally, TileScratch, Work};
 use super::kept::{self, Blocks, Half, Odd};
 use super::pattern::Splits;
 use super::picture::Picture;
@@ -213,8 +213,14 @@ impl<'a> TileRound<'a> {
         }
         let (picture, clock) = (self.picture, self.execution.clock);
         let watch = Stopwatch::start(clock);
-        let (mut tally, count) =
-            picture.draw_tile(self.scratch, self.tile, (&steps, is_set_up), self.sums, watch, self.stop);
+        let (mut tally, count) = picture.draw_tile(
+            self.scratch,
+            self.tile,
+            Work { steps: &steps, is_set_up, alone: picture.alone },
+            self.sums,
+            watch,
+            self.stop,
+        );
         let mut watch = Stopwatch::start(clock);
         let end = count.checked_sub(1).map_or(0, |last| steps[last].run.end());
         let changed = std::array::from_fn(|block| match then[block].min(end) {

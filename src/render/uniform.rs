@@ -4,7 +4,7 @@
 //! `sqrt(sum of squared errors / (3 width height))`. Each tile goes through [`super::draw`], [`super::resolve`] and
 //! [`super::highlights`].
 
-use super::draw::{Borrowed, Step, TILES_AT_ONCE};
+use super::draw::{Borrowed, Step, TILES_AT_ONCE, Work};
 use super::pattern::Splits;
 use super::picture::Picture;
 use super::resolve::{Sum, clear_outside, means_of};
@@ -36,6 +36,7 @@ impl Picture<'_> {
             .into_iter()
             .map(|(run, splits)| Step { run, splits, wanted: EVERYWHERE })
             .collect();
+        let work = Work { steps: &steps, is_set_up: false, alone: self.alone };
         let draw = |(scratch, sums): &mut (Borrowed<'_>, Vec<Sum>),
                     tile,
                     out: &mut [[f32; 3]],
@@ -44,8 +45,7 @@ impl Picture<'_> {
                 return Default::default();
             }
             let watch = Stopwatch::start(execution.clock);
-            let (mut tally, done) =
-                self.draw_tile(scratch.get(), self.place(tile), (&steps, false), sums, watch, &stop);
+            let (mut tally, done) = self.draw_tile(scratch.get(), self.place(tile), work, sums, watch, &stop);
             let mut watch = Stopwatch::start(execution.clock);
             let squared = if done < steps.len() {
                 0.0

@@ -133,6 +133,8 @@ pub(crate) struct Samples<'a> {
     pub pattern: &'a Pattern,
     /// Every group is a single sample, and looks into the texture exactly there.
     pub single: bool,
+    /// Samples share no look-up.
+    pub alone: bool,
     pub falloff: Option<&'a Falloff>,
 }
 

@@ -113,7 +113,11 @@ impl<'a, S: Simd> Textured<'a, S> {
         let levels = filter::colour_levels(simd, coordinates.shorter_side_squared(&spots, size));
         let mut which = of_groups(groups);
         if !self.samples.single {
-            let finest = if map.smooth.is_empty() { None } else { Choice::colour(map, 0, self.look.anchor) };
+            let finest = if self.samples.alone || map.smooth.is_empty() {
+                None
+            } else {
+                Choice::colour(map, 0, self.look.anchor)
+            };
             if let Some(choice) = finest {
                 let ranges = self.samples.means.ranges;
                 let [right, down] = reaches(self.functions, &coordinates, at, &spots, ranges, size);
@@ -310,6 +314,7 @@ mod tests {
             rays: &rays,
             pattern: &Pattern { block_bits: [0; 2], batches: Vec::new() },
             single: false,
+            alone: false,
             falloff: None,
         };
         at_level!(SimdLevel::best().level(), simd => {
