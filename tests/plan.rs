@@ -205,7 +205,7 @@ fn what_only_casts_shadows_into_view_is_in() {
             "{CAMERA}[[mesh]]\npath = \"t.obj\"\n[sun]\ntoward = [0, 0, 1]\ncolor = [1, 1, 1]\n{sun}"
         );
         std::fs::write(folder.join("scene.toml"), text).unwrap();
-        let json = run(&folder, &["explain", "scene.toml", "--json"]).expect(0, &[]).json();
+        let json = run(&folder, &["explain", "scene.toml", "--json", "--width", "320"]).expect(0, &[]).json();
         let coverage =
             json["effects"].as_array().unwrap().iter().find(|e| e["effect"] == "coverage").unwrap();
         assert_eq!(coverage["active"], is_in, "{coverage}");
