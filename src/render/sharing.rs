@@ -31,7 +31,7 @@ const TIMES: f64 = 5.0;
 
 /// The same where only the first run is asked, and others may follow: from 16 samples to 256 the noise of all of the city's tiles falls 2.6
 /// to 4.2 times as far as the change, that of smooth walls farther, which are quiet from the start.
-const TIMES_IN_RUNS: f64 = 12.0;
+const TIMES_IN_RUNS: f64 = 15.0;
 
 impl Picture<'_> {
     /// Whether samples are to look by themselves, since sharing would show.
