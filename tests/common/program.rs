@@ -38,18 +38,12 @@ impl Run {
     /// Asserts the exit code, no panic, and that every word is in the text of the errors.
     #[track_caller]
     pub fn expect(&self, code: i32, words: &[&str]) -> &Self {
-        assert!(self.took < Duration::from_secs(5), "{:?}", self.took);
-        self.expect_in_time(code, words)
-    }
-
-    /// As [`Self::expect`], of what measures times, and takes its own.
-    #[track_caller]
-    pub fn expect_in_time(&self, code: i32, words: &[&str]) -> &Self {
         assert_eq!(self.code, code, "{}", self.err);
         assert!(!self.err.contains("panicked"), "{}", self.err);
         for word in words {
             assert!(self.err.contains(word), "`{word}` is not in: {}", self.err);
         }
+        assert!(self.took < Duration::from_secs(5), "{:?}", self.took);
         self
     }
 }
