@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use groundglass::error::{ErrorKind, Result};
-use groundglass::scene::{AssetLoader, Memory, Model};
+use groundglass::scene::{AssetLoader, LoadSettings, Memory, Model, Scene, parse};
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n";
 
@@ -135,4 +135,74 @@ fn a_mesh_that_cannot_be_says_where_and_why() {
         let error = say(name);
         assert!(error.kind() == ErrorKind::Invalid && error.to_string().contains(name), "{error}");
     }
+}
+
+/// A scene of these meshes, loaded on so many threads.
+fn scene(files: &Memory, names: &[&str], threads: usize, memory: Option<u64>) -> Result<Scene> {
+    let camera = "[camera]\neye_m = [0, 0, 5]\nlook_at_m = [0, 0, 0]\nfocal_length_mm = 150\nf_number = 8\nfilm = \"4x5\"\n[focus]\ndistance_m = 1\n";
+    let meshes = names.iter().map(|name| format!("[[mesh]]\npath = \"{name}\"\n")).collect::<String>();
+    let description = parse(&format!("{camera}{meshes}"), "a.toml")?.describe()?;
+    let settings = LoadSettings { threads: Some(threads), memory, ..LoadSettings::default() };
+    description.load_with(files, Path::new("scene"), settings)
+}
+
+#[test]
+fn meshes_read_side_by_side_are_those_read_one_after_the_other() -> Result<()> {
+    let obj = |mtl: &str, z: usize| {
+        let more = format!("v 0 0 {z}\nv 1 0 {z}\nv 0 1 {z}\nf 1 2 3\n").repeat(100 * z);
+        text(format!("mtllib {mtl}\nusemtl a\n{TRIANGLE}usemtl lost\n{more}"))
+    };
+    let files = Memory::new()
+        .with("scene/a.obj", obj("a.mtl", 1))
+        .with("scene/b.obj", obj("b.mtl", 90))
+        .with("scene/c.obj", obj("a.mtl", 3))
+        .with("scene/bad.obj", text("v 0 0 0\nf 1 1 2\n"))
+        .with("scene/a.mtl", text("newmtl a\nmap_Kd t.png\n"))
+        .with("scene/b.mtl", text("newmtl a\nmap_Kd none.png\nmap_d t.png\n"))
+        .with("scene/t.png", png([9, 8, 7, 6]));
+    let names = ["c.obj", "a.obj", "./c.obj", "b.obj", "a.obj"];
+
+    let mut loader = AssetLoader::new(&files, Path::new("scene"));
+    let models = names.map(|name| loader.load_obj(name));
+    let models = models.into_iter().collect::<Result<Vec<_>>>()?;
+    let warnings: Vec<String> = loader.warnings().iter().map(ToString::to_string).collect();
+    assert_eq!(warnings.len(), 4, "{warnings:?}");
+    for threads in [1, 2, 5] {
+        let scene = scene(&files, &names, threads, None)?;
+        assert_eq!(scene.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(), warnings);
+        assert_eq!(scene.assets_digest, loader.digest());
+        for (mesh, model) in scene.meshes.iter().zip(&models) {
+            let told = (mesh.triangles, mesh.materials, mesh.textures);
+            assert_eq!(told, (model.triangles.len(), model.named_materials, model.textures));
+        }
+        // One picture, decoded once for all.
+        let maps: Vec<_> = scene.surfaces.materials.iter().filter_map(|m| m.diffuse_map.as_ref()).collect();
+        assert!(maps.len() > 1 && maps.iter().all(|map| Arc::ptr_eq(map, maps[0])));
+
+        let refused = |names: &[&str], memory| self::scene(&files, names, threads, memory).err();
+        let said = refused(&["a.obj", "bad.obj", "none.obj"], None).expect("one is bad").to_string();
+        assert!(said.starts_with("bad.obj:2: a face names vertex 2"), "{said}");
+    }
+    Ok(())
+}
+
+#[test]
+fn meshes_that_fit_one_after_the_other_are_read_though_they_do_not_fit_side_by_side() -> Result<()> {
+    let large = format!("{TRIANGLE}{}", "f 1 2 3\n".repeat(4000));
+    let names = ["a.obj", "b.obj", "c.obj"];
+    let files = names.iter().fold(Memory::new(), |files, name| {
+        files.with(
+            &format!("scene/{name}"),
+            text(large.replace("v 1 0 0", &format!("v 1 0 0.{}", name.len()))),
+        )
+    });
+    // Reading one takes what all three are in the end and more.
+    let least = |names: &[&str]| {
+        (1..200).map(|at| at << 16).find(|&memory| scene(&files, names, 2, Some(memory)).is_ok())
+    };
+    println!("{:?}", scene(&files, &names, 2, None).err());
+    let (one, three) = (least(&names[..1]).expect("it fits"), least(&names).expect("they fit"));
+    println!("one takes {one} bytes, three {three}");
+    assert!(one < three && three < 2 * one, "{one} {three}");
+    Ok(())
 }

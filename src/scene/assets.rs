@@ -1,35 +1,27 @@
 //! The loader: the name of an OBJ as a scene writes it in, a finished [`Model`] and warnings out.
 //!
-//! The way of one model: find and read the OBJ, normalise it, read the material libraries it names, decode (in
-//! parallel) the textures of those materials that faces use, then build the triangles. Models and textures are kept, so
-//! a file that several meshes name is read once.
+//! The way of one model: find it, read it with the material libraries it names (`reading`), decode (in parallel) the
+//! textures of those materials that faces use, then build the triangles. Models and textures are kept, so a file that
+//! several meshes name is read once; several models are read side by side.
 
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::digest::{self, Digest};
-use super::library::{Written, choose, read_libraries};
-use super::material::Material;
-use super::mesh::{Model, NONE};
+use super::mesh::Model;
 use super::mtl::Map;
-use super::normalize::{normalize, shown, too_large};
-use super::obj::{self, Target};
+use super::normalize::{shown, too_large};
 use super::pictures::Pictures;
+use super::reading::{Looks, Parts, Progress, Reader};
 use super::source::Source;
-use super::surfaces::bounds;
 use super::text::readings;
-use super::texture::{Texture, Use};
+use super::texture::Use;
 use super::warnings::Warnings;
 use crate::error::{Error, Result, Warning};
 use crate::threads::on_threads;
-
-/// Longest OBJ file, in bytes: some ten million triangles.
-const OBJ_LIMIT: u64 = 1 << 30;
-
-/// Called while loading, from any thread, with what is being loaded, how much is done and of how much
-/// (bytes of an OBJ, files for textures).
-pub type Progress<'a> = dyn Fn(&str, u64, u64) + Sync + 'a;
 
 /// Loads the meshes of one scene.
 pub struct AssetLoader<'a> {
@@ -131,92 +123,99 @@ impl<'a> AssetLoader<'a> {
         }
     }
 
-    fn load(&mut self, path: &Path, written: &str, warnings: &mut Warnings) -> Result<Model> {
-        let source = self.source;
-        let length = source.length(path)?;
-        if length <= OBJ_LIMIT && length > self.left() {
-            return Err(too_large());
-        }
-        let bytes = source.read(path, OBJ_LIMIT)?;
-        let total = bytes.len() as u64;
-        let left = self.left().saturating_sub(total);
-        self.tell(written, 0, total);
-        // Materials and textures are read while `tobj` is at the geometry still.
-        let (parts, mesh) = obj::read(|out| {
-            let tell = |done| self.tell(written, done, total);
-            let normalized = normalize(&bytes, written, warnings, left, &tell, out)?;
-            let mut digests = vec![digest::of_bytes(&bytes)];
-            if normalized.faces.is_empty() {
-                return Err(Error::invalid("the mesh has no face of three or more corners")
-                    .remedy("export it as an OBJ with polygons"));
+    /// Reads the OBJs that a scene names side by side, for [`Self::load_obj`] to find them: those that it would read one
+    /// after the other, in its order. Where that goes wrong, or takes more memory than there is, nothing is kept, and
+    /// [`Self::load_obj`] says why, if it is so one after the other, too.
+    pub(crate) fn read_ahead<'w>(&mut self, names: impl Iterator<Item = &'w str>) {
+        let mut files: Vec<(PathBuf, &str, u64)> = Vec::new();
+        for written in names {
+            let Ok(path) = self.source.named(&self.scene_folder, written) else { return };
+            if files.iter().all(|(known, ..)| *known != path) {
+                let Ok(length) = self.source.length(&path) else { return };
+                files.push((path, written, length));
             }
-            let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-            let fences = [folder, self.scene_folder.clone()];
-            let library = read_libraries(source, &normalized, written, &fences, left, warnings, &mut digests);
-            let chosen = choose(&normalized, &library, written, warnings);
-            let used: Vec<&Written> = chosen.used.iter().filter_map(|&at| library.get(at)).collect();
-            self.held = self.held.saturating_add(normalized.working);
-            let looks = self.looks(&used, &fences, warnings, &mut digests);
-            self.held = self.held.saturating_sub(normalized.working);
-            Ok((normalized, chosen, looks?, digests))
-        })?;
-        drop(bytes);
-        let (normalized, chosen, looks, digests) = parts;
-        let targets: Vec<Target> = chosen
-            .targets
-            .iter()
-            .map(|&material| Target {
-                material,
-                mapping: looks.mappings.get(material as usize).copied().flatten(),
-                textured: looks.materials.get(material as usize).is_some_and(Material::has_map),
-            })
-            .collect();
-        let plain = Target { material: looks.materials.len() as u32, mapping: None, textured: false };
-        let target = |index: u32| {
-            targets.get(index as usize).copied().filter(|target| target.material != NONE).unwrap_or(plain)
-        };
-        if normalized.working > self.left() {
+        }
+        if files.len() < 2 || !self.models.is_empty() {
+            return;
+        }
+        match on_threads(None, || self.read_together(&files)).and_then(|models| models) {
+            Ok(models) => {
+                for ((path, written, _), (model, warnings)) in files.into_iter().zip(models) {
+                    self.warnings.extend(warnings.finish(written));
+                    self.models.insert(path, Arc::new(model));
+                }
+            }
+            Err(_) => (self.pictures, self.held) = (Pictures::default(), 0),
+        }
+    }
+
+    fn read_together(&mut self, files: &[(PathBuf, &str, u64)]) -> Result<Vec<(Model, Warnings)>> {
+        // Each gets its share, so that it does not depend on the others' progress whether they fit.
+        let (left, all) = (self.left(), files.iter().map(|file| file.2).sum::<u64>().max(1));
+        let share = |length: u64| (u128::from(left) * u128::from(length) / u128::from(all)) as u64;
+        let folder = self.scene_folder.clone();
+        let read = files.par_iter().map(|(path, written, length)| {
+            let (mut warnings, reader) = (Warnings::default(), self.reader(&folder, share(*length)));
+            let (parts, ()) = reader.read(path, written, &mut warnings, |_, _| Ok(()))?;
+            Ok((parts, warnings))
+        });
+        let mut read = read.collect::<Result<Vec<_>>>()?;
+        if read.iter().any(|(parts, _)| parts.short) {
             return Err(too_large());
         }
-        let geometry = obj::build((&normalized, &mesh), target, written, warnings)?;
-        drop((normalized, mesh));
-        self.tell(written, total, total);
-        self.held = self.held.saturating_add(geometry.bytes());
-
-        let mut materials = looks.materials;
-        let named_materials = materials.len();
-        if chosen.plain {
-            materials.push(Material::default_surface());
+        let working = read.iter().map(|(parts, _)| parts.working()).sum::<u64>();
+        self.held = self.held.saturating_add(working);
+        let looks: Vec<Looks> =
+            read.iter_mut().map(|(parts, warnings)| self.looks(parts, warnings)).collect::<Result<_>>()?;
+        self.held -= working;
+        if working > self.left() {
+            return Err(too_large());
         }
-        let bounds = bounds(&geometry.positions);
-        Ok(Model {
-            positions: geometry.positions,
-            normals: geometry.normals,
-            texcoords: geometry.texcoords,
-            triangles: geometry.triangles,
-            materials,
-            named_materials,
-            textures: looks.files,
-            bounds,
-            digest: digest::of_list(&digests),
-        })
+        let models =
+            read.into_par_iter().zip(looks).zip(files).map(|(((parts, mut warnings), looks), file)| {
+                let (model, bytes) = parts.build(looks, file.1, &mut warnings)?;
+                self.tell(file.1, file.2, file.2);
+                Ok(((model, warnings), bytes))
+            });
+        let (models, bytes): (Vec<_>, Vec<u64>) = models.collect::<Result<Vec<_>>>()?.into_iter().unzip();
+        self.held = bytes.into_iter().fold(self.held, u64::saturating_add);
+        Ok(models)
+    }
+
+    fn reader<'r>(&self, scene_folder: &'r Path, left: u64) -> Reader<'r>
+    where
+        'a: 'r,
+    {
+        Reader { source: self.source, scene_folder, progress: self.progress, left }
+    }
+
+    fn load(&mut self, path: &Path, written: &str, warnings: &mut Warnings) -> Result<Model> {
+        let folder = self.scene_folder.clone();
+        let reader = self.reader(&folder, self.left());
+        // Textures are read while `tobj` is at the geometry still.
+        let (parts, looks) = reader.read(path, written, warnings, |parts, warnings| {
+            self.held = self.held.saturating_add(parts.working());
+            let looks = self.looks(parts, warnings);
+            self.held = self.held.saturating_sub(parts.working());
+            looks
+        })?;
+        if parts.working() > self.left() {
+            return Err(too_large());
+        }
+        let (model, bytes) = parts.build(looks, written, warnings)?;
+        self.held = self.held.saturating_add(bytes);
+        Ok(model)
     }
 
     /// The finished materials, with their textures.
-    fn looks(
-        &mut self,
-        used: &[&Written],
-        fences: &[PathBuf],
-        warnings: &mut Warnings,
-        digests: &mut Vec<Digest>,
-    ) -> Result<Looks> {
+    fn looks(&mut self, parts: &mut Parts, warnings: &mut Warnings) -> Result<Looks> {
         let mut wanted = Vec::new();
-        for written in used {
+        for written in parts.used() {
             for (map, what_for) in
                 [(&written.entry.diffuse_map, Use::Diffuse), (&written.entry.opacity_map, Use::Opacity)]
             {
                 let map = map.as_ref().filter(|_| !self.shapes_only);
-                let found = map.map(|map| self.find_picture(map, &written.folder, fences));
+                let found = map.map(|map| self.find_picture(map, &written.folder, &parts.fences));
                 wanted.push((map.zip(found), what_for));
             }
         }
@@ -232,7 +231,8 @@ impl<'a> AssetLoader<'a> {
 
         let mut files = BTreeSet::new();
         let mut looks = Looks::default();
-        for (written, wanted) in used.iter().zip(wanted.chunks_exact(2)) {
+        let mut digests = Vec::new();
+        for (written, wanted) in parts.used().zip(wanted.chunks_exact(2)) {
             let mut maps = [None, None];
             for (slot, &(ref map, what_for)) in maps.iter_mut().zip(wanted) {
                 let Some((map, found)) = map else { continue };
@@ -256,6 +256,7 @@ impl<'a> AssetLoader<'a> {
             }
             looks.add(written, maps, warnings);
         }
+        parts.digests.extend(digests);
         looks.files = files.len();
         Ok(looks)
     }
@@ -271,38 +272,5 @@ impl<'a> AssetLoader<'a> {
             }
         }
         Err(first.unwrap_or_else(|| Error::invalid("it has no name")))
-    }
-}
-
-/// Finished materials, in the order of first use.
-#[derive(Default)]
-struct Looks {
-    materials: Vec<Material>,
-    mappings: Vec<Option<([f64; 2], [f64; 2])>>,
-    files: usize,
-}
-
-impl Looks {
-    fn add(&mut self, written: &Written, maps: [Option<(Arc<Texture>, &Map)>; 2], warnings: &mut Warnings) {
-        let entry = &written.entry;
-        let mapping =
-            |map: &Option<(Arc<Texture>, &Map)>| map.as_ref().map(|(_, map)| (map.scale, map.offset));
-        let [diffuse_map, opacity_map] = maps;
-        let (first, second) = (mapping(&diffuse_map), mapping(&opacity_map));
-        if let (Some(a), Some(b), Some((_, map))) = (first, second, &opacity_map)
-            && a != b
-        {
-            let message = || "`map_d` is placed by the options of `map_Kd`, not its own".to_owned();
-            warnings.add(&written.file, Some(map.line), "two mappings", message);
-        }
-        self.mappings.push(first.or(second).filter(|&mapping| mapping != ([1.0; 2], [0.0; 2])));
-        self.materials.push(Material {
-            name: entry.names.last().cloned().unwrap_or_default(),
-            diffuse: entry.diffuse.unwrap_or(Material::diffuse_without_kd(diffuse_map.is_some())),
-            emission: entry.emission,
-            diffuse_map: diffuse_map.map(|(texture, _)| texture),
-            opacity_map: opacity_map.map(|(texture, _)| texture),
-            coverage: entry.coverage.unwrap_or(1.0),
-        });
     }
 }

@@ -45,7 +45,8 @@ impl Written {
     }
 }
 
-/// Reads the libraries that the OBJ names, in its order, each once; in about `most` bytes of memory.
+/// Reads the libraries that the OBJ names, in its order, each once, in about `most` bytes of memory; and whether one was left
+/// out because more would be needed.
 pub(crate) fn read_libraries(
     source: &dyn Source,
     normalized: &Normalized,
@@ -54,10 +55,11 @@ pub(crate) fn read_libraries(
     most: u64,
     warnings: &mut Warnings,
     digests: &mut Vec<Digest>,
-) -> Vec<Written> {
+) -> (Vec<Written>, bool) {
     let mut list = Vec::new();
     let mut seen = BTreeSet::new();
     let mut left = MTLS_LIMIT.min(most / MEMORY_PER_BYTE);
+    let mut short = false;
     if let Some((_, line)) = normalized.libraries.get(STATEMENTS) {
         warnings
             .add(file, Some(*line), "libraries", || "`mtllib` from here on is left out: too many".to_owned());
@@ -71,6 +73,7 @@ pub(crate) fn read_libraries(
                 continue;
             }
             let read = found.and_then(|path| Ok((source.read(&path, MTL_LIMIT.min(left))?, path)));
+            short |= read.is_err() && left < MTL_LIMIT;
             left -= read.as_ref().map_or(0, |(bytes, _)| bytes.len() as u64);
             digests.push(read.as_ref().map_or(digest::ABSENT, |(bytes, _)| digest::of_bytes(bytes)));
             let entries = read.and_then(|(bytes, path)| Ok((mtl::read(&bytes, &name, warnings)?, path)));
@@ -88,7 +91,7 @@ pub(crate) fn read_libraries(
             }
         }
     }
-    list
+    (list, short)
 }
 
 /// The files that a `mtllib` names: one with spaces in its name, or several.

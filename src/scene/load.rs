@@ -1,11 +1,12 @@
 //! From a description and its assets to a [`Scene`]: meshes loaded and placed, nothing left to look up.
 
-use super::assets::{AssetLoader, Progress};
+use super::assets::AssetLoader;
 use super::description::{Blades, Budget, RenderSettings, SceneDescription, Sky, Sun};
 use super::digest;
 use super::document::{Document, SIZE_LIMIT};
 use super::effects::EffectChoice;
 use super::file::SceneFile;
+use super::reading::Progress;
 use super::source::Source;
 use super::source_files::Files;
 use super::surfaces::{Placement, Surfaces, bounds};
@@ -171,6 +172,7 @@ impl SceneDescription {
 
     fn place_all(&self, loader: &mut AssetLoader<'_>) -> Result<(Surfaces, Vec<MeshSummary>)> {
         // All models first (one that several meshes name is held once), so that the memory for all is asked for once.
+        loader.read_ahead(self.meshes.iter().map(|entry| &*entry.path));
         let mut models = Vec::new();
         let mut surfaces = Surfaces::default();
         for (index, entry) in self.meshes.iter().enumerate() {

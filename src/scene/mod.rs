@@ -3,7 +3,7 @@
 //! The scene file: `document` (TOML with places) -> `shape` (against the schema) -> `file` (the mirror
 //! structs) -> `validate` (a [`SceneDescription`]: units converted, defaults filled, every wrong value
 //! refused with its line) -> `resolve` (movements solved). Its assets: `source` (the one door to files) ->
-//! `normalize`, `obj`, `mtl`, `triangulate`, `texture`, `mip`, `outline` -> `assets` (a [`Model`]). Both:
+//! `normalize`, `obj`, `mtl`, `triangulate`, `texture`, `mip`, `outline` -> `reading` -> `assets` (a [`Model`]). Both:
 //! `load` (a [`Scene`] with its `surfaces` in the world, and which of them look alike: `patches`).
 
 mod assets;
@@ -24,6 +24,7 @@ mod obj;
 pub(crate) mod outline;
 mod patches;
 mod pictures;
+mod reading;
 mod resolve;
 mod rewrite;
 mod schema;
@@ -43,7 +44,7 @@ mod validate;
 mod validate_camera;
 mod warnings;
 
-pub use assets::{AssetLoader, Progress};
+pub use assets::AssetLoader;
 pub use description::{
     Blades, Budget, Focus, MAX_PICTURE_SIDE, MeshEntry, RenderSettings, SceneDescription, Sky, Sun,
 };
@@ -56,6 +57,7 @@ pub use load::{LoadSettings, MeshSummary, PictureSettings, Scene};
 pub use material::Material;
 pub use mesh::{Model, NONE, Triangle};
 pub use patches::Patches;
+pub use reading::Progress;
 pub use rewrite::with_movements;
 pub use schema::schema;
 pub use source::{Memory, Source};

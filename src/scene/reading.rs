@@ -1,0 +1,190 @@
+//! One model on its way: an OBJ and the material libraries it names in, with their looks a finished [`Model`] out.
+//!
+//! `tobj` reads the geometry on one thread while another normalises it and goes on to the materials.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::digest::{self, Digest};
+use super::library::{Chosen, Written, choose, read_libraries};
+use super::material::Material;
+use super::mesh::{Model, NONE};
+use super::mtl::Map;
+use super::normalize::{Normalized, normalize, too_large};
+use super::obj::{self, Target};
+use super::source::Source;
+use super::surfaces::bounds;
+use super::texture::Texture;
+use super::warnings::Warnings;
+use crate::error::{Error, Result};
+
+/// Longest OBJ file, in bytes: some ten million triangles.
+const OBJ_LIMIT: u64 = 1 << 30;
+
+/// Called while loading, from any thread, with what is being loaded, how much is done and of how much
+/// (bytes of an OBJ, files for textures).
+pub type Progress<'a> = dyn Fn(&str, u64, u64) + Sync + 'a;
+
+/// What reading a model needs to know.
+#[derive(Clone, Copy)]
+pub(crate) struct Reader<'a> {
+    pub(crate) source: &'a dyn Source,
+    pub(crate) scene_folder: &'a Path,
+    pub(crate) progress: Option<&'a Progress<'a>>,
+    /// Bytes of memory that may be taken.
+    pub(crate) left: u64,
+}
+
+/// A model that is read, but for what its materials look like.
+pub(crate) struct Parts {
+    normalized: Normalized,
+    mesh: tobj::Mesh,
+    chosen: Chosen,
+    library: Vec<Written>,
+    /// The model's folder, and the scene's.
+    pub(crate) fences: [PathBuf; 2],
+    /// Of the OBJ and of what it names, in the order of reading.
+    pub(crate) digests: Vec<Digest>,
+    /// Whether a library was left out for want of memory.
+    pub(crate) short: bool,
+}
+
+/// Finished materials, in the order of first use.
+#[derive(Default)]
+pub(crate) struct Looks {
+    pub(crate) materials: Vec<Material>,
+    /// Scale and offset of the maps of each.
+    pub(crate) mappings: Vec<Option<([f64; 2], [f64; 2])>>,
+    /// Distinct files of textures.
+    pub(crate) files: usize,
+}
+
+impl Looks {
+    /// The next material, with its diffuse and its opacity map.
+    pub(crate) fn add(
+        &mut self,
+        written: &Written,
+        maps: [Option<(Arc<Texture>, &Map)>; 2],
+        warnings: &mut Warnings,
+    ) {
+        let entry = &written.entry;
+        let mapping =
+            |map: &Option<(Arc<Texture>, &Map)>| map.as_ref().map(|(_, map)| (map.scale, map.offset));
+        let [diffuse_map, opacity_map] = maps;
+        let (first, second) = (mapping(&diffuse_map), mapping(&opacity_map));
+        if let (Some(a), Some(b), Some((_, map))) = (first, second, &opacity_map)
+            && a != b
+        {
+            let message = || "`map_d` is placed by the options of `map_Kd`, not its own".to_owned();
+            warnings.add(&written.file, Some(map.line), "two mappings", message);
+        }
+        self.mappings.push(first.or(second).filter(|&mapping| mapping != ([1.0; 2], [0.0; 2])));
+        self.materials.push(Material {
+            name: entry.names.last().cloned().unwrap_or_default(),
+            diffuse: entry.diffuse.unwrap_or(Material::diffuse_without_kd(diffuse_map.is_some())),
+            emission: entry.emission,
+            diffuse_map: diffuse_map.map(|(texture, _)| texture),
+            opacity_map: opacity_map.map(|(texture, _)| texture),
+            coverage: entry.coverage.unwrap_or(1.0),
+        });
+    }
+}
+
+impl Reader<'_> {
+    /// Reads the OBJ at `path`, which the scene names as `written`; `also` is done beside the geometry.
+    ///
+    /// # Errors
+    /// Those of [`normalize`] and of `also`; when the file is missing, too long or has no face.
+    pub(crate) fn read<T: Send>(
+        self,
+        path: &Path,
+        written: &str,
+        warnings: &mut Warnings,
+        also: impl FnOnce(&mut Parts, &mut Warnings) -> Result<T> + Send,
+    ) -> Result<(Parts, T)> {
+        let Self { source, scene_folder, left, .. } = self;
+        let length = source.length(path)?;
+        if length <= OBJ_LIMIT && length > left {
+            return Err(too_large());
+        }
+        let bytes = source.read(path, OBJ_LIMIT)?;
+        let total = bytes.len() as u64;
+        let left = left.saturating_sub(total);
+        let tell = |done| self.progress.into_iter().for_each(|tell| tell(written, done, total));
+        tell(0);
+        let ((mut parts, also), mesh) = obj::read(|out| {
+            let normalized = normalize(&bytes, written, warnings, left, &tell, out)?;
+            let mut digests = vec![digest::of_bytes(&bytes)];
+            if normalized.faces.is_empty() {
+                return Err(Error::invalid("the mesh has no face of three or more corners")
+                    .remedy("export it as an OBJ with polygons"));
+            }
+            let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+            let fences = [folder, scene_folder.to_path_buf()];
+            let (library, short) =
+                read_libraries(source, &normalized, written, &fences, left, warnings, &mut digests);
+            let chosen = choose(&normalized, &library, written, warnings);
+            let mesh = tobj::Mesh::default();
+            let mut parts = Parts { normalized, mesh, chosen, library, fences, digests, short };
+            let also = also(&mut parts, warnings)?;
+            Ok((parts, also))
+        })?;
+        parts.mesh = mesh;
+        Ok((parts, also))
+    }
+}
+
+impl Parts {
+    /// Bytes that building the geometry takes at its peak, with what is held already.
+    pub(crate) fn working(&self) -> u64 {
+        self.normalized.working
+    }
+
+    /// The materials that faces use, in the order of first use.
+    pub(crate) fn used(&self) -> impl Iterator<Item = &Written> {
+        self.chosen.used.iter().filter_map(|&at| self.library.get(at))
+    }
+
+    /// The finished model, and the bytes that its geometry takes.
+    ///
+    /// # Errors
+    /// When a face uses a vertex that is not finite.
+    pub(crate) fn build(self, looks: Looks, file: &str, warnings: &mut Warnings) -> Result<(Model, u64)> {
+        let Self { normalized, mesh, chosen, digests, .. } = self;
+        let targets: Vec<Target> = chosen
+            .targets
+            .iter()
+            .map(|&material| Target {
+                material,
+                mapping: looks.mappings.get(material as usize).copied().flatten(),
+                textured: looks.materials.get(material as usize).is_some_and(Material::has_map),
+            })
+            .collect();
+        let plain = Target { material: looks.materials.len() as u32, mapping: None, textured: false };
+        let target = |index: u32| {
+            targets.get(index as usize).copied().filter(|target| target.material != NONE).unwrap_or(plain)
+        };
+        let geometry = obj::build((&normalized, &mesh), target, file, warnings)?;
+        drop((normalized, mesh));
+
+        let held = geometry.bytes();
+        let mut materials = looks.materials;
+        let named_materials = materials.len();
+        if chosen.plain {
+            materials.push(Material::default_surface());
+        }
+        let bounds = bounds(&geometry.positions);
+        let model = Model {
+            positions: geometry.positions,
+            normals: geometry.normals,
+            texcoords: geometry.texcoords,
+            triangles: geometry.triangles,
+            materials,
+            named_materials,
+            textures: looks.files,
+            bounds,
+            digest: digest::of_list(&digests),
+        };
+        Ok((model, held))
+    }
+}
