@@ -200,9 +200,52 @@ fn meshes_that_fit_one_after_the_other_are_read_though_they_do_not_fit_side_by_s
     let least = |names: &[&str]| {
         (1..200).map(|at| at << 16).find(|&memory| scene(&files, names, 2, Some(memory)).is_ok())
     };
-    println!("{:?}", scene(&files, &names, 2, None).err());
     let (one, three) = (least(&names[..1]).expect("it fits"), least(&names).expect("they fit"));
     println!("one takes {one} bytes, three {three}");
     assert!(one < three && three < 2 * one, "{one} {three}");
+    Ok(())
+}
+
+/// Memory for a texture before, a library and a mesh after it: whatever there is, it is as if one came after the other.
+#[test]
+fn what_memory_leaves_out_does_not_depend_on_what_is_read_side_by_side() -> Result<()> {
+    let mut wide = std::io::Cursor::new(Vec::new());
+    image::RgbaImage::from_pixel(512, 512, image::Rgba([1, 2, 3, 255]))
+        .write_to(&mut wide, image::ImageFormat::Png)
+        .expect("a PNG");
+    let materials = (0..4000).map(|k| format!("newmtl m{k}\n")).collect::<String>();
+    let (mut left_out, mut refused, mut loaded) = (0, 0, 0);
+    for padding in [0, 200] {
+        let first = format!("mtllib a.mtl\nusemtl a\n{TRIANGLE}{}", "# nothing\n".repeat(padding));
+        let files = Memory::new()
+            .with("scene/a.obj", text(first))
+            .with("scene/b.obj", text(format!("mtllib b.mtl\nusemtl m7\n{TRIANGLE}")))
+            .with("scene/a.mtl", text("newmtl a\nmap_Kd wide.png\n"))
+            .with("scene/b.mtl", text(materials.clone()))
+            .with("scene/wide.png", wide.get_ref().clone());
+        for memory in (1..80).map(|at| at << 18) {
+            let mut loader = AssetLoader::new(&files, Path::new("scene")).with_memory(memory);
+            let alone = ["a.obj", "b.obj"].map(|name| loader.load_obj(name).map(|_| ()));
+            let scene = scene(&files, &["a.obj", "b.obj"], 2, Some(memory));
+            match (alone.into_iter().collect::<Result<()>>(), scene) {
+                (Ok(()), Ok(scene)) => {
+                    let said = |warnings: &[groundglass::error::Warning]| {
+                        warnings.iter().map(ToString::to_string).collect::<Vec<_>>()
+                    };
+                    assert_eq!(said(&scene.warnings), said(loader.warnings()), "{memory} bytes");
+                    assert_eq!(scene.assets_digest, loader.digest(), "{memory} bytes");
+                    left_out += usize::from(!scene.warnings.is_empty());
+                    loaded += usize::from(scene.warnings.is_empty());
+                }
+                (Err(alone), Err(scene)) => {
+                    assert_eq!(alone.kind(), scene.kind(), "{memory} bytes: {alone}, {scene}");
+                    refused += 1;
+                }
+                (alone, scene) => panic!("{memory} bytes: {alone:?}, {:?}", scene.map(|_| ())),
+            }
+        }
+    }
+    println!("{refused} refused, {left_out} without the library, {loaded} whole");
+    assert!(refused > 0 && left_out > 0 && loaded > 0);
     Ok(())
 }

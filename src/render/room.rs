@@ -10,7 +10,7 @@ use crate::scene::Scene;
 
 /// Bytes for each triangle: whether it is cut out, its place in the order, its box where it crosses the frustum, and the
 /// lists of tiles, in which it has 16 entries at most and few as a rule. This is asked for, since nobody knows before how many;
-/// what is taken is a third of it (`docs/performance.md`, which says how much; `tests/cli_memory.rs` holds it to 400).
+/// what is taken of it is a third as a rule (`docs/performance.md` says how much; `tests/cli_memory.rs` holds it to 400).
 const TRIANGLE: u64 = 700;
 
 /// Bytes for each triangle of a tile that a thread sets up; its lists may have grown to double.

@@ -4,7 +4,7 @@
 //! textures of those materials that faces use, then build the triangles. Models and textures are kept, so a file that
 //! several meshes name is read once; several models are read side by side.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -128,9 +128,10 @@ impl<'a> AssetLoader<'a> {
     /// [`Self::load_obj`] says why, if it is so one after the other, too.
     pub(crate) fn read_ahead<'w>(&mut self, names: impl Iterator<Item = &'w str>) {
         let mut files: Vec<(PathBuf, &str, u64)> = Vec::new();
+        let mut known = HashSet::new();
         for written in names {
             let Ok(path) = self.source.named(&self.scene_folder, written) else { return };
-            if files.iter().all(|(known, ..)| *known != path) {
+            if known.insert(path.clone()) {
                 let Ok(length) = self.source.length(&path) else { return };
                 files.push((path, written, length));
             }
@@ -151,7 +152,8 @@ impl<'a> AssetLoader<'a> {
 
     fn read_together(&mut self, files: &[(PathBuf, &str, u64)]) -> Result<Vec<(Model, Warnings)>> {
         // Each gets its share, so that it does not depend on the others' progress whether they fit.
-        let (left, all) = (self.left(), files.iter().map(|file| file.2).sum::<u64>().max(1));
+        let sum = |bytes: &mut dyn Iterator<Item = u64>| bytes.fold(0, u64::saturating_add);
+        let (left, all) = (self.left(), sum(&mut files.iter().map(|file| file.2)).max(1));
         let share = |length: u64| (u128::from(left) * u128::from(length) / u128::from(all)) as u64;
         let folder = self.scene_folder.clone();
         let read = files.par_iter().map(|(path, written, length)| {
@@ -160,15 +162,16 @@ impl<'a> AssetLoader<'a> {
             Ok((parts, warnings))
         });
         let mut read = read.collect::<Result<Vec<_>>>()?;
-        if read.iter().any(|(parts, _)| parts.short) {
-            return Err(too_large());
-        }
-        let working = read.iter().map(|(parts, _)| parts.working()).sum::<u64>();
-        self.held = self.held.saturating_add(working);
+        // With what the libraries took: one after the other a library is left out where models and pictures before leave too
+        // little for it. (One that is left out here may have had too small a share.)
+        let taken = |parts: &Parts| parts.working().saturating_add(parts.libraries.unwrap_or(u64::MAX));
+        let together = sum(&mut read.iter().map(|(parts, _)| taken(parts)));
+        let held = self.held;
+        self.held = held.saturating_add(together);
         let looks: Vec<Looks> =
             read.iter_mut().map(|(parts, warnings)| self.looks(parts, warnings)).collect::<Result<_>>()?;
-        self.held -= working;
-        if working > self.left() {
+        self.held = held;
+        if together > self.left() {
             return Err(too_large());
         }
         let models =
@@ -178,7 +181,7 @@ impl<'a> AssetLoader<'a> {
                 Ok(((model, warnings), bytes))
             });
         let (models, bytes): (Vec<_>, Vec<u64>) = models.collect::<Result<Vec<_>>>()?.into_iter().unzip();
-        self.held = bytes.into_iter().fold(self.held, u64::saturating_add);
+        self.held = self.held.saturating_add(sum(&mut bytes.into_iter()));
         Ok(models)
     }
 

@@ -10,7 +10,7 @@ use super::normalize::{Normalized, shown};
 use super::source::Source;
 use super::text::{readings, squeezed};
 use super::warnings::Warnings;
-use crate::error::Result;
+use crate::error::{ErrorKind, Result};
 
 /// Longest MTL file, and most of all together that an OBJ names, in bytes.
 const MTL_LIMIT: u64 = 4 << 20;
@@ -45,8 +45,8 @@ impl Written {
     }
 }
 
-/// Reads the libraries that the OBJ names, in its order, each once, in about `most` bytes of memory; and whether one was left
-/// out because more would be needed.
+/// Reads the libraries that the OBJ names, in its order, each once, in about `most` bytes of memory. Also says how many bytes
+/// that took, or nothing where a library was left out because it is too large for the rest.
 pub(crate) fn read_libraries(
     source: &dyn Source,
     normalized: &Normalized,
@@ -55,11 +55,11 @@ pub(crate) fn read_libraries(
     most: u64,
     warnings: &mut Warnings,
     digests: &mut Vec<Digest>,
-) -> (Vec<Written>, bool) {
+) -> (Vec<Written>, Option<u64>) {
     let mut list = Vec::new();
     let mut seen = BTreeSet::new();
     let mut left = MTLS_LIMIT.min(most / MEMORY_PER_BYTE);
-    let mut short = false;
+    let (mut taken, mut is_short) = (0, false);
     if let Some((_, line)) = normalized.libraries.get(STATEMENTS) {
         warnings
             .add(file, Some(*line), "libraries", || "`mtllib` from here on is left out: too many".to_owned());
@@ -73,8 +73,9 @@ pub(crate) fn read_libraries(
                 continue;
             }
             let read = found.and_then(|path| Ok((source.read(&path, MTL_LIMIT.min(left))?, path)));
-            short |= read.is_err() && left < MTL_LIMIT;
-            left -= read.as_ref().map_or(0, |(bytes, _)| bytes.len() as u64);
+            is_short |= read.as_ref().is_err_and(|error| error.kind() == ErrorKind::TooLarge);
+            let length = read.as_ref().map_or(0, |(bytes, _)| bytes.len() as u64);
+            (left, taken) = (left - length, taken + MEMORY_PER_BYTE * length);
             digests.push(read.as_ref().map_or(digest::ABSENT, |(bytes, _)| digest::of_bytes(bytes)));
             let entries = read.and_then(|(bytes, path)| Ok((mtl::read(&bytes, &name, warnings)?, path)));
             match entries {
@@ -91,7 +92,7 @@ pub(crate) fn read_libraries(
             }
         }
     }
-    (list, short)
+    (list, (!is_short).then_some(taken))
 }
 
 /// The files that a `mtllib` names: one with spaces in its name, or several.

@@ -45,8 +45,8 @@ pub(crate) struct Parts {
     pub(crate) fences: [PathBuf; 2],
     /// Of the OBJ and of what it names, in the order of reading.
     pub(crate) digests: Vec<Digest>,
-    /// Whether a library was left out for want of memory.
-    pub(crate) short: bool,
+    /// Bytes of memory that its libraries took while they were read; nothing where one was left out as too large.
+    pub(crate) libraries: Option<u64>,
 }
 
 /// Finished materials, in the order of first use.
@@ -121,11 +121,11 @@ impl Reader<'_> {
             }
             let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
             let fences = [folder, scene_folder.to_path_buf()];
-            let (library, short) =
+            let (library, libraries) =
                 read_libraries(source, &normalized, written, &fences, left, warnings, &mut digests);
             let chosen = choose(&normalized, &library, written, warnings);
             let mesh = tobj::Mesh::default();
-            let mut parts = Parts { normalized, mesh, chosen, library, fences, digests, short };
+            let mut parts = Parts { normalized, mesh, chosen, library, fences, digests, libraries };
             let also = also(&mut parts, warnings)?;
             Ok((parts, also))
         })?;
