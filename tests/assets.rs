@@ -1,16 +1,23 @@
 //! The asset loader on meshes held in memory: defaults, names, warnings and where they point, digests.
 
+use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
-use groundglass::error::{ErrorKind, Result};
-use groundglass::scene::{AssetLoader, LoadSettings, Memory, Model, Scene, parse};
+use groundglass::error::{ErrorKind, Result, Warning};
+use groundglass::scene::{
+    AssetLoader, LoadSettings, Memory, Model, Progress, Scene, SceneDescription, parse,
+};
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n";
 
 fn png(texel: [u8; 4]) -> Vec<u8> {
+    square_png(2, texel)
+}
+
+fn square_png(side: u32, texel: [u8; 4]) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
-    let picture = image::RgbaImage::from_pixel(2, 2, image::Rgba(texel));
+    let picture = image::RgbaImage::from_pixel(side, side, image::Rgba(texel));
     picture.write_to(&mut bytes, image::ImageFormat::Png).expect("a PNG");
     bytes.into_inner()
 }
@@ -18,7 +25,11 @@ fn png(texel: [u8; 4]) -> Vec<u8> {
 fn load(files: &Memory, name: &str) -> Result<(Arc<Model>, Vec<String>)> {
     let mut loader = AssetLoader::new(files, Path::new("scene"));
     let model = loader.load_obj(name)?;
-    Ok((model, loader.warnings().iter().map(ToString::to_string).collect()))
+    Ok((model, said(loader.warnings())))
+}
+
+fn said(warnings: &[Warning]) -> Vec<String> {
+    warnings.iter().map(ToString::to_string).collect()
 }
 
 fn text(text: impl Into<String>) -> Vec<u8> {
@@ -137,13 +148,17 @@ fn a_mesh_that_cannot_be_says_where_and_why() {
     }
 }
 
-/// A scene of these meshes, loaded on so many threads.
-fn scene(files: &Memory, names: &[&str], threads: usize, memory: Option<u64>) -> Result<Scene> {
+/// A scene of these meshes.
+fn described(names: &[&str]) -> Result<SceneDescription> {
     let camera = "[camera]\neye_m = [0, 0, 5]\nlook_at_m = [0, 0, 0]\nfocal_length_mm = 150\nf_number = 8\nfilm = \"4x5\"\n[focus]\ndistance_m = 1\n";
     let meshes = names.iter().map(|name| format!("[[mesh]]\npath = \"{name}\"\n")).collect::<String>();
-    let description = parse(&format!("{camera}{meshes}"), "a.toml")?.describe()?;
+    parse(&format!("{camera}{meshes}"), "a.toml")?.describe()
+}
+
+/// It, loaded on so many threads.
+fn scene(files: &Memory, names: &[&str], threads: usize, memory: Option<u64>) -> Result<Scene> {
     let settings = LoadSettings { threads: Some(threads), memory, ..LoadSettings::default() };
-    description.load_with(files, Path::new("scene"), settings)
+    described(names)?.load_with(files, Path::new("scene"), settings)
 }
 
 #[test]
@@ -165,11 +180,11 @@ fn meshes_read_side_by_side_are_those_read_one_after_the_other() -> Result<()> {
     let mut loader = AssetLoader::new(&files, Path::new("scene"));
     let models = names.map(|name| loader.load_obj(name));
     let models = models.into_iter().collect::<Result<Vec<_>>>()?;
-    let warnings: Vec<String> = loader.warnings().iter().map(ToString::to_string).collect();
+    let warnings = said(loader.warnings());
     assert_eq!(warnings.len(), 4, "{warnings:?}");
     for threads in [1, 2, 5] {
         let scene = scene(&files, &names, threads, None)?;
-        assert_eq!(scene.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(), warnings);
+        assert_eq!(said(&scene.warnings), warnings);
         assert_eq!(scene.assets_digest, loader.digest());
         for (mesh, model) in scene.meshes.iter().zip(&models) {
             let told = (mesh.triangles, mesh.materials, mesh.textures);
@@ -179,9 +194,9 @@ fn meshes_read_side_by_side_are_those_read_one_after_the_other() -> Result<()> {
         let maps: Vec<_> = scene.surfaces.materials.iter().filter_map(|m| m.diffuse_map.as_ref()).collect();
         assert!(maps.len() > 1 && maps.iter().all(|map| Arc::ptr_eq(map, maps[0])));
 
-        let refused = |names: &[&str], memory| self::scene(&files, names, threads, memory).err();
-        let said = refused(&["a.obj", "bad.obj", "none.obj"], None).expect("one is bad").to_string();
-        assert!(said.starts_with("bad.obj:2: a face names vertex 2"), "{said}");
+        let refused = self::scene(&files, &["a.obj", "bad.obj", "none.obj"], threads, None);
+        let message = refused.expect_err("one is bad").to_string();
+        assert!(message.starts_with("bad.obj:2: a face names vertex 2"), "{message}");
     }
     Ok(())
 }
@@ -190,12 +205,9 @@ fn meshes_read_side_by_side_are_those_read_one_after_the_other() -> Result<()> {
 fn meshes_that_fit_one_after_the_other_are_read_though_they_do_not_fit_side_by_side() -> Result<()> {
     let large = format!("{TRIANGLE}{}", "f 1 2 3\n".repeat(4000));
     let names = ["a.obj", "b.obj", "c.obj"];
-    let files = names.iter().fold(Memory::new(), |files, name| {
-        files.with(
-            &format!("scene/{name}"),
-            text(large.replace("v 1 0 0", &format!("v 1 0 0.{}", name.len()))),
-        )
-    });
+    let files = names
+        .iter()
+        .fold(Memory::new(), |files, name| files.with(&format!("scene/{name}"), text(large.as_str())));
     // Reading one takes what all three are in the end and more.
     let least = |names: &[&str]| {
         (1..200).map(|at| at << 16).find(|&memory| scene(&files, names, 2, Some(memory)).is_ok())
@@ -209,10 +221,7 @@ fn meshes_that_fit_one_after_the_other_are_read_though_they_do_not_fit_side_by_s
 /// Memory for a texture before, a library and a mesh after it: whatever there is, it is as if one came after the other.
 #[test]
 fn what_memory_leaves_out_does_not_depend_on_what_is_read_side_by_side() -> Result<()> {
-    let mut wide = std::io::Cursor::new(Vec::new());
-    image::RgbaImage::from_pixel(512, 512, image::Rgba([1, 2, 3, 255]))
-        .write_to(&mut wide, image::ImageFormat::Png)
-        .expect("a PNG");
+    let wide = square_png(512, [1, 2, 3, 255]);
     let materials = (0..4000).map(|k| format!("newmtl m{k}\n")).collect::<String>();
     let (mut left_out, mut refused, mut loaded) = (0, 0, 0);
     for padding in [0, 200] {
@@ -222,16 +231,13 @@ fn what_memory_leaves_out_does_not_depend_on_what_is_read_side_by_side() -> Resu
             .with("scene/b.obj", text(format!("mtllib b.mtl\nusemtl m7\n{TRIANGLE}")))
             .with("scene/a.mtl", text("newmtl a\nmap_Kd wide.png\n"))
             .with("scene/b.mtl", text(materials.clone()))
-            .with("scene/wide.png", wide.get_ref().clone());
+            .with("scene/wide.png", wide.clone());
         for memory in (1..80).map(|at| at << 18) {
             let mut loader = AssetLoader::new(&files, Path::new("scene")).with_memory(memory);
             let alone = ["a.obj", "b.obj"].map(|name| loader.load_obj(name).map(|_| ()));
             let scene = scene(&files, &["a.obj", "b.obj"], 2, Some(memory));
             match (alone.into_iter().collect::<Result<()>>(), scene) {
                 (Ok(()), Ok(scene)) => {
-                    let said = |warnings: &[groundglass::error::Warning]| {
-                        warnings.iter().map(ToString::to_string).collect::<Vec<_>>()
-                    };
                     assert_eq!(said(&scene.warnings), said(loader.warnings()), "{memory} bytes");
                     assert_eq!(scene.assets_digest, loader.digest(), "{memory} bytes");
                     left_out += usize::from(!scene.warnings.is_empty());
@@ -248,4 +254,29 @@ fn what_memory_leaves_out_does_not_depend_on_what_is_read_side_by_side() -> Resu
     println!("{refused} refused, {left_out} without the library, {loaded} whole");
     assert!(refused > 0 && left_out > 0 && loaded > 0);
     Ok(())
+}
+
+#[test]
+fn progress_ends_with_all_of_each_file() -> Result<()> {
+    let names = ["a.obj", "b.obj"];
+    let files =
+        names.iter().fold(Memory::new(), |files, name| files.with(&format!("scene/{name}"), text(TRIANGLE)));
+    let ends = |load: &dyn Fn(&Progress<'_>) -> Result<()>| {
+        let told = Mutex::new(BTreeMap::new());
+        load(&|what: &str, done: u64, total: u64| {
+            told.lock().expect("nobody panicked").insert(what.to_owned(), (done, total));
+        })?;
+        let length = TRIANGLE.len() as u64;
+        let told = told.into_inner().expect("nobody panicked");
+        assert!(names.iter().all(|&name| told.get(name) == Some(&(length, length))), "{told:?}");
+        Ok(())
+    };
+    ends(&|tell| {
+        let mut loader = AssetLoader::new(&files, Path::new("scene")).with_progress(tell);
+        names.iter().try_for_each(|name| loader.load_obj(name).map(|_| ()))
+    })?;
+    ends(&|tell| {
+        let settings = LoadSettings { progress: Some(tell), ..LoadSettings::default() };
+        described(&names)?.load_with(&files, Path::new("scene"), settings).map(|_| ())
+    })
 }

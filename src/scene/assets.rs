@@ -176,8 +176,7 @@ impl<'a> AssetLoader<'a> {
         }
         let models =
             read.into_par_iter().zip(looks).zip(files).map(|(((parts, mut warnings), looks), file)| {
-                let (model, bytes) = parts.build(looks, file.1, &mut warnings)?;
-                self.tell(file.1, file.2, file.2);
+                let (model, bytes) = self.build(parts, looks, file.1, &mut warnings)?;
                 Ok(((model, warnings), bytes))
             });
         let (models, bytes): (Vec<_>, Vec<u64>) = models.collect::<Result<Vec<_>>>()?.into_iter().unzip();
@@ -205,9 +204,22 @@ impl<'a> AssetLoader<'a> {
         if parts.working() > self.left() {
             return Err(too_large());
         }
-        let (model, bytes) = parts.build(looks, written, warnings)?;
+        let (model, bytes) = self.build(parts, looks, written, warnings)?;
         self.held = self.held.saturating_add(bytes);
         Ok(model)
+    }
+
+    fn build(
+        &self,
+        parts: Parts,
+        looks: Looks,
+        written: &str,
+        warnings: &mut Warnings,
+    ) -> Result<(Model, u64)> {
+        let total = parts.length;
+        let built = parts.build(looks, written, warnings)?;
+        self.tell(written, total, total);
+        Ok(built)
     }
 
     /// The finished materials, with their textures.

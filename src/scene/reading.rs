@@ -47,6 +47,8 @@ pub(crate) struct Parts {
     pub(crate) digests: Vec<Digest>,
     /// Bytes of memory that its libraries took while they were read; nothing where one was left out as too large.
     pub(crate) libraries: Option<u64>,
+    /// Of the OBJ, in bytes.
+    pub(crate) length: u64,
 }
 
 /// Finished materials, in the order of first use.
@@ -124,8 +126,10 @@ impl Reader<'_> {
             let (library, libraries) =
                 read_libraries(source, &normalized, written, &fences, left, warnings, &mut digests);
             let chosen = choose(&normalized, &library, written, warnings);
+            // `tobj` is at it still.
             let mesh = tobj::Mesh::default();
-            let mut parts = Parts { normalized, mesh, chosen, library, fences, digests, libraries };
+            let mut parts =
+                Parts { normalized, mesh, chosen, library, fences, digests, libraries, length: total };
             let also = also(&mut parts, warnings)?;
             Ok((parts, also))
         })?;
