@@ -190,10 +190,7 @@ fn cover_one<S: Simd>(
     };
     match boxes {
         Some(boxes) => scatter::draw(simd, &functions, &boxes, visit.id, seen),
-        None => {
-            let blocks = blocks.map(|b| b as usize);
-            regions::draw(simd, &functions, batch, blocks, &visit, seen, opaque);
-        }
+        None => regions::draw(simd, &functions, batch, blocks, &visit, seen, opaque),
     }
 }
 

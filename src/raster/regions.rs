@@ -14,7 +14,10 @@ use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16, mask32x16, u32x16}
 use std::ops::Range;
 
 /// See [`draw`].
-const FEW: usize = 4;
+const FEW: i32 = 4;
+
+/// Blocks on the side of a region. (With a sign: numbers without one take a branch to become floats.)
+const SIDE: i32 = REGION as i32;
 
 /// A function's largest value in a region is at one corner for each lens point: this far from the left top one.
 #[inline(always)]
@@ -31,7 +34,7 @@ pub(super) fn draw<S: Simd>(
     simd: S,
     functions: &Functions<S>,
     batch: &Batch,
-    blocks: [usize; 4],
+    blocks: [i32; 4],
     visit: &Visit,
     seen: &mut Visibility,
     opaque: &Opaque<'_>,
@@ -41,7 +44,7 @@ pub(super) fn draw<S: Simd>(
     let Functions { a: [a0, ax, ay], b: [b0, bx, by], c: [c0, cx, cy], z: [z0, zx, zy], live, step } =
         *functions;
     let [x0, x1, y0, y1] = blocks;
-    let size = ((REGION - 1) as f32 * step.0, (REGION - 1) as f32 * step.1);
+    let size = ((SIDE - 1) as f32 * step.0, (SIDE - 1) as f32 * step.1);
     let (a_right, a_down) = (farthest(simd, ax, size.0), farthest(simd, ay, size.1));
     let (b_right, b_down) = (farthest(simd, bx, size.0), farthest(simd, by, size.1));
     let (c_right, c_down) = (farthest(simd, cx, size.0), farthest(simd, cy, size.1));
@@ -49,12 +52,13 @@ pub(super) fn draw<S: Simd>(
     // A few blocks are visited sooner than their regions are looked at.
     let few = (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW;
     let is_plain = !visit.cutout && visit.near.is_none();
-    for region_row in y0 / REGION..=y1 / REGION {
-        let top = (region_row * REGION) as f32 * step.1 - half;
+    for region_row in y0 / SIDE..y1 / SIDE + 1 {
+        let top = (region_row * SIDE) as f32 * step.1 - half;
         let (a_row, b_row) = (a0 + ay * (a_down + top), b0 + by * (b_down + top));
         let (c_row, z_row) = (c0 + cy * (c_down + top), z0 + zy * (z_down + top));
-        for region_column in x0 / REGION..=x1 / REGION {
-            let left = (region_column * REGION) as f32 * step.0 - half;
+        for region_column in x0 / SIDE..x1 / SIDE + 1 {
+            let (column, row) = (region_column as usize, region_row as usize);
+            let left = (region_column * SIDE) as f32 * step.0 - half;
             let mut candidates = live;
             if !few {
                 candidates = live
@@ -65,20 +69,20 @@ pub(super) fn draw<S: Simd>(
                     continue;
                 }
                 let nearest = z_row + zx * (z_right + left);
-                candidates &= nearest.simd_gt(seen.region_floor(simd, region_column, region_row));
+                candidates &= nearest.simd_gt(seen.region_floor(simd, column, row));
                 if !candidates.any_true() {
                     continue;
                 }
             }
-            let columns = (region_column * REGION).max(x0)..(region_column * REGION + REGION).min(x1 + 1);
-            let rows = (region_row * REGION).max(y0)..(region_row * REGION + REGION).min(y1 + 1);
+            let columns = (region_column * SIDE).max(x0)..(region_column * SIDE + SIDE).min(x1 + 1);
+            let rows = (region_row * SIDE).max(y0)..(region_row * SIDE + SIDE).min(y1 + 1);
             let drawn = if is_plain {
                 plain(simd, functions, candidates, (columns, rows), visit.id, seen)
             } else {
                 checked(simd, functions, candidates, (columns, rows), (visit, batch, opaque), seen)
             };
             if drawn {
-                seen.touch(region_column, region_row);
+                seen.touch(column, row);
             }
         }
     }
@@ -90,26 +94,39 @@ fn plain<S: Simd>(
     simd: S,
     functions: &Functions<S>,
     candidates: mask32x16<S>,
-    (columns, rows): (Range<usize>, Range<usize>),
+    (columns, rows): (Range<i32>, Range<i32>),
+    id: u32,
+    seen: &mut Visibility,
+) -> bool {
+    // A loop of its own for each width: what depends on the column alone is made once.
+    match columns.end - columns.start {
+        1 => plain_rows::<S, 1>(simd, functions, candidates, (columns.start, rows), id, seen),
+        2 => plain_rows::<S, 2>(simd, functions, candidates, (columns.start, rows), id, seen),
+        3 => plain_rows::<S, 3>(simd, functions, candidates, (columns.start, rows), id, seen),
+        _ => plain_rows::<S, REGION>(simd, functions, candidates, (columns.start, rows), id, seen),
+    }
+}
+
+/// The same in `N` columns.
+#[inline(always)]
+fn plain_rows<S: Simd, const N: usize>(
+    simd: S,
+    functions: &Functions<S>,
+    candidates: mask32x16<S>,
+    (column, rows): (i32, Range<i32>),
     id: u32,
     seen: &mut Visibility,
 ) -> bool {
     let id = u32x16::splat(simd, id);
     let mut drawn = false;
     for row in rows {
-        let first = row * seen.columns;
+        let first = row as usize * seen.columns + column as usize;
         // One check a row instead of one a block.
-        let range = first + columns.start..first + columns.end;
-        let (Some(depths), Some(ids)) = (seen.depth.get_mut(range.clone()), seen.id.get_mut(range)) else {
-            continue;
-        };
-        let row = Row::new(functions, candidates, (columns.start, row));
-        drawn |= match depths.len() {
-            1 => row.draw::<1>(simd, depths, ids, id),
-            2 => row.draw::<2>(simd, depths, ids, id),
-            3 => row.draw::<3>(simd, depths, ids, id),
-            _ => row.draw::<REGION>(simd, depths, ids, id),
-        };
+        if let Some(depths) = seen.depth.get_mut(first..first + N).and_then(|row| row.first_chunk_mut())
+            && let Some(ids) = seen.id.get_mut(first..first + N).and_then(|row| row.first_chunk_mut())
+        {
+            drawn |= Row::new(simd, functions, candidates, (column, row)).draw::<N>(simd, depths, ids, id);
+        }
     }
     drawn
 }
@@ -121,17 +138,16 @@ fn checked<S: Simd>(
     simd: S,
     functions: &Functions<S>,
     candidates: mask32x16<S>,
-    (columns, rows): (Range<usize>, Range<usize>),
+    (columns, rows): (Range<i32>, Range<i32>),
     (visit, batch, opaque): (&Visit, &Batch, &Opaque<'_>),
     seen: &mut Visibility,
 ) -> bool {
     let mut hits = [Hit { block: 0, lanes: 0 }; REGION * REGION];
-    let mut depths = [[0.0; LANES]; REGION * REGION];
     let mut count = 0;
     for row in rows {
-        let along = Row::new(functions, candidates, (columns.start, row));
+        let along = Row::new(simd, functions, candidates, (columns.start, row));
         for (at, column) in columns.clone().enumerate() {
-            let block = row * seen.columns + column;
+            let block = row as usize * seen.columns + column as usize;
             let Some(before) = seen.depth.get(block) else { continue };
             let (mut hit, z) = along.hit(simd, at, f32x16::load_array_ref(simd, before));
             if let Some(near) = visit.near {
@@ -141,7 +157,7 @@ fn checked<S: Simd>(
             }
             let lanes = hit.to_bitmask() as u16;
             hits[count % hits.len()] = Hit { block: block as u16, lanes };
-            z.store_array(&mut depths[count % hits.len()]);
+            z.store_array(&mut seen.asked[count % hits.len()]);
             count += usize::from(lanes != 0);
         }
     }
@@ -151,17 +167,32 @@ fn checked<S: Simd>(
     }
     let mut drawn = false;
     let id = u32x16::splat(simd, visit.id);
-    for (hit, z) in hits.iter().zip(&depths) {
+    for (hit, z) in hits.iter().zip(&seen.asked) {
         let at = usize::from(hit.block);
         if let (Some(depth), Some(ids)) = (seen.depth.get_mut(at), seen.id.get_mut(at)) {
             let lanes = mask32x16::from_bitmask(simd, u64::from(hit.lanes));
-            let z = f32x16::load_array_ref(simd, z);
-            lanes.select(z, f32x16::load_array_ref(simd, depth)).store_array(depth);
-            lanes.select(id, u32x16::load_array_ref(simd, ids)).store_array(ids);
+            write(simd, lanes, f32x16::load_array_ref(simd, z), id, (depth, ids));
             drawn |= hit.lanes != 0;
         }
     }
     drawn
+}
+
+/// Writes depth and id where a block's samples are hit, and `z` is larger than what is there.
+///
+/// No choice between `z` and what is there: that becomes a store by mask, which on some processors takes a dozen cycles, and the
+/// next triangle has to wait for.
+#[inline(always)]
+fn write<S: Simd>(
+    simd: S,
+    hit: mask32x16<S>,
+    z: f32x16<S>,
+    id: u32x16<S>,
+    (depth, ids): (&mut [f32; LANES], &mut [u32; LANES]),
+) {
+    let nearer = hit.select(z, f32x16::splat(simd, 0.0));
+    nearer.max(f32x16::load_array_ref(simd, depth)).store_array(depth);
+    hit.select(id, u32x16::load_array_ref(simd, ids)).store_array(ids);
 }
 
 /// A triangle's functions along a row of blocks: each the value at `x` = 0 and its change with a pixel to the right.
@@ -169,7 +200,6 @@ fn checked<S: Simd>(
 struct Row<S: Simd> {
     edges: [[f32x16<S>; 2]; 3],
     depth: [f32x16<S>; 2],
-    candidates: mask32x16<S>,
     /// The place of the first block, and the width of one.
     first: f32,
     step: f32,
@@ -178,14 +208,16 @@ struct Row<S: Simd> {
 
 impl<S: Simd> Row<S> {
     #[inline(always)]
-    fn new(functions: &Functions<S>, candidates: mask32x16<S>, (column, row): (usize, usize)) -> Self {
+    fn new(simd: S, functions: &Functions<S>, candidates: mask32x16<S>, (column, row): (i32, i32)) -> Self {
         let half = 0.5 * TILE as f32;
         let Functions { a: [a0, ax, ay], b: [b0, bx, by], c: [c0, cx, cy], z: [z0, zx, zy], step, .. } =
             *functions;
         let y = row as f32 * step.1 - half;
         let edges = [[a0 + ay * y, ax], [b0 + by * y, bx], [c0 + cy * y, cx]];
         let first = column as f32 * step.0 - half;
-        Self { edges, depth: [z0 + zy * y, zx], candidates, first, step: step.0, y }
+        // What is no number is not nearer than anything.
+        let z0 = candidates.select(z0, f32x16::splat(simd, f32::NAN));
+        Self { edges, depth: [z0 + zy * y, zx], first, step: step.0, y }
     }
 
     /// Where the block that is `at` blocks from the first lies.
@@ -204,27 +236,23 @@ impl<S: Simd> Row<S> {
         let hit = (a + ax * x).simd_ge(zero)
             & (b + bx * x).simd_ge(zero)
             & (c + cx * x).simd_ge(zero)
-            & z.simd_gt(before)
-            & self.candidates;
+            & z.simd_gt(before);
         (hit, z)
     }
 
-    /// Draws into the first `N` blocks of a row; tells whether any sample was hit. One branch a row, and not one a block: which
-    /// blocks are hit nothing foresees.
+    /// Draws into a row of blocks; tells whether any sample was hit. One branch a row, and not one a block: which blocks are hit
+    /// nothing foresees.
     #[inline(always)]
     fn draw<const N: usize>(
         &self,
         simd: S,
-        depths: &mut [[f32; LANES]],
-        ids: &mut [[u32; LANES]],
+        depths: &mut [[f32; LANES]; N],
+        ids: &mut [[u32; LANES]; N],
         id: u32x16<S>,
     ) -> bool {
-        let (Some(depths), Some(ids)) = (depths.first_chunk_mut::<N>(), ids.first_chunk_mut::<N>()) else {
-            return false;
-        };
-        let mut z = [f32x16::splat(simd, 0.0); N];
-        let mut hit = [self.candidates; N];
-        let mut any = self.candidates & !self.candidates;
+        let none = mask32x16::splat(simd, false);
+        let (mut hit, mut z) = ([none; N], [f32x16::splat(simd, 0.0); N]);
+        let mut any = none;
         for at in 0..N {
             (hit[at], z[at]) = self.hit(simd, at, f32x16::load_array_ref(simd, &depths[at]));
             any |= hit[at];
@@ -233,10 +261,7 @@ impl<S: Simd> Row<S> {
             return false;
         }
         for at in 0..N {
-            let before = f32x16::load_array_ref(simd, &depths[at]);
-            hit[at].select(z[at], before).store_array(&mut depths[at]);
-            let old = u32x16::load_array_ref(simd, &ids[at]);
-            hit[at].select(id, old).store_array(&mut ids[at]);
+            write(simd, hit[at], z[at], id, (&mut depths[at], &mut ids[at]));
         }
         true
     }

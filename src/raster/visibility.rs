@@ -39,6 +39,8 @@ pub(crate) struct Visibility {
     changes: u32,
     /// Regions that are drawn.
     wanted: u64,
+    /// Of a region's blocks, the `1/t` of what may be drawn once it is asked for.
+    pub asked: [[f32; LANES]; REGION * REGION],
 }
 
 /// All regions, for [`Visibility::clear`].
@@ -62,6 +64,7 @@ impl Visibility {
             floor: [0.0; LANES],
             changes: 0,
             wanted: EVERYWHERE,
+            asked: [[0.0; LANES]; REGION * REGION],
         }
     }
 
