@@ -189,16 +189,19 @@ impl Waiting {
         let texels = &choice.level.texels[..];
         let count = std::mem::take(&mut self.count);
         for (at, &(_, filled, _)) in self.owners.iter().enumerate().take(count) {
-            let owners = self.each_owner[at].iter().take(usize::from(filled));
-            let each = owners.zip(&self.weights[at]);
+            // By number: iterators side by side go through memory, 24 instructions a sample.
+            let (owners, weights) = (&self.each_owner[at], &self.weights[at]);
+            let filled = usize::from(filled).min(LANES);
             if choice.nearest {
-                for (&place, (&owner, &weight)) in self.nearest[at].iter().zip(each) {
-                    reads.add::<WEIGHED>(owner, texel(texels, place as usize) * FULL, weight);
+                let places = &self.nearest[at];
+                for lane in 0..filled {
+                    let color = texel(texels, places[lane] as usize) * FULL;
+                    reads.add::<WEIGHED>(owners[lane], color, weights[lane]);
                 }
             } else {
                 let between = Between::new(simd, choice, &self.between[at]);
-                for (lane, (&owner, &weight)) in each.enumerate() {
-                    reads.add::<WEIGHED>(owner, between.at(lane), weight);
+                for lane in 0..filled {
+                    reads.add::<WEIGHED>(owners[lane], between.at(lane), weights[lane]);
                 }
             }
         }
