@@ -60,14 +60,19 @@ pub(crate) struct Groups {
     found: Vec<Group>,
     sorted: Vec<Group>,
     count: usize,
-    /// How many groups see each surface; then where the next of them goes.
+    /// How many groups see each surface; then where the next of them goes, and at last where they end.
     next: Vec<u32>,
 }
 
 impl Groups {
-    /// By what they see (one of the tile's surfaces, or nothing, which comes last), otherwise block by block.
-    pub(crate) fn sorted(&self) -> &[Group] {
-        &self.sorted[..self.count]
+    /// Those of each surface that is seen, by its number in the tile, and at last those that see nothing; each block by block.
+    pub(crate) fn runs(&self) -> impl Iterator<Item = &[Group]> {
+        let mut first = 0;
+        self.next.iter().filter_map(move |&end| {
+            let run = self.sorted.get(first..end as usize)?;
+            first = end as usize;
+            (!run.is_empty()).then_some(run)
+        })
     }
 
     /// Sorts the samples of the `batches` that were kept; what they see are so many surfaces.
@@ -201,7 +206,7 @@ mod tests {
         for count in 1..=4 {
             groups.find(SimdLevel::best().level(), &batches[..count], &seen, 4);
             let mut met = vec![0u64; 1024];
-            for group in groups.sorted() {
+            for group in groups.runs().flatten() {
                 assert_eq!(met[usize::from(group.block)] & group.lanes, 0);
                 met[usize::from(group.block)] |= group.lanes;
                 for lane in (0..64).filter(|lane| group.lanes >> lane & 1 == 1) {
@@ -210,12 +215,15 @@ mod tests {
             }
             assert!(met.iter().all(|&lanes| lanes == all_live(&batches[..count])));
             // One group for each of the four surfaces, and one that sees nothing.
-            assert_eq!(groups.sorted().len(), 5 * 1024);
-            assert!(groups.sorted().is_sorted_by_key(|group| group.id));
+            let runs: Vec<&[Group]> = groups.runs().collect();
+            assert_eq!(runs.iter().map(|run| run.len()).sum::<usize>(), 5 * 1024);
+            assert!(runs.windows(2).all(|two| two[0][0].id < two[1][0].id));
+            assert!(runs.iter().all(|run| run.iter().all(|group| group.id == run[0].id)));
         }
         groups.find_singles(&batches[3], &seen, 4);
-        assert_eq!(groups.sorted().len(), 13 * 1024);
-        assert!(groups.sorted().is_sorted_by_key(|group| group.id));
-        assert!(groups.sorted().iter().all(|group| group.lanes.is_power_of_two()));
+        let singles: Vec<&Group> = groups.runs().flatten().collect();
+        assert_eq!(singles.len(), 13 * 1024);
+        assert!(singles.is_sorted_by_key(|group| group.id));
+        assert!(singles.iter().all(|group| group.lanes.is_power_of_two()));
     }
 }

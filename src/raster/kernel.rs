@@ -287,7 +287,7 @@ mod tests {
             let mut groups = Groups::default();
             seen.keep(0);
             groups.find(level, std::slice::from_ref(&batch), &seen, ids.len());
-            (depth, ids, groups.sorted().to_vec(), blocks)
+            (depth, ids, groups.runs().flatten().copied().collect::<Vec<_>>(), blocks)
         };
         let wanted = run(SimdLevel::Scalar.level());
         assert!(wanted.0.iter().filter(|&&bits| bits != 0).count() > 1000, "the test draws next to nothing");

@@ -209,7 +209,9 @@ impl Levels {
     /// The level that is nearest to a block's share.
     fn wanted(&self, key: &Key, factor: f64) -> usize {
         let share = key.weight * factor;
-        self.ends.partition_point(|&end| end <= share).clamp(key.now, self.samples.len() - 1)
+        // From its own on: most stay there, or go on by one.
+        let above = self.ends.get(key.now..).unwrap_or_default();
+        key.now + above.iter().take_while(|&&end| end <= share).count()
     }
 }
 

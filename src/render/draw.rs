@@ -213,10 +213,9 @@ impl Picture<'_> {
                     let soft = sun.is_soft().then(|| self.sun_squares(tile, &pattern, batch));
                     SunSamples { batch, sun, square: soft.unwrap_or_default(), pixel: &pixel }
                 });
-                let runs = || groups.sorted().chunk_by(|a, b| a.id == b.id);
                 let looks = looks.get_mut();
-                self.make_looks(&film, raster.surfaces(), runs().map(|run| run[0].id), looks);
-                for run in runs() {
+                self.make_looks(&film, raster.surfaces(), groups.runs().map(|run| run[0].id), looks);
+                for run in groups.runs() {
                     let look = looks.get(run[0].id);
                     tally.requests += run.len() as u64;
                     match (look, &sun) {

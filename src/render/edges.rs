@@ -9,13 +9,14 @@
 //! `f`; with two halves and any `f`, `c^2 / (3 n^2)`. With a lens the samples that see it are a half-space of pixel and lens,
 //! of which scrambled nets miss about `c^2 n^(-4/3)` times a constant (Owen 1997, for three dimensions), found by measuring.
 
-use super::differences;
+use super::differences::{self, NUMBERS};
 use super::picture::Picture;
 use super::resolve::{BLOCKS, ByBlock, Sum};
 use crate::picture::BLOCK;
 use crate::raster::{LANES, TILE};
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, f32x8, f32x16};
+use glam::{Mat4, Vec4};
 
 /// The constant for an edge through a lens; and through a pinhole, where it adds up over the two or three rows that count.
 const BLURRED: f64 = 0.08;
@@ -130,8 +131,17 @@ impl Shown {
         for (y, row) in sums.chunks_exact(TILE as usize).enumerate().take(height) {
             let y = y + REACH;
             let (red, green, blue) = (&mut red[y][REACH..], &mut green[y][REACH..], &mut blue[y][REACH..]);
-            for ([a, b], ((red, green), blue)) in row.iter().zip(red.iter_mut().zip(green).zip(blue)) {
-                (*red, *green, *blue) = (a[0] + b[0], a[1] + b[1], a[2] + b[2]);
+            let channels =
+                red.chunks_exact_mut(4).zip(green.chunks_exact_mut(4)).zip(blue.chunks_exact_mut(4));
+            for (four, ((red, green), blue)) in row.chunks_exact(4).zip(channels) {
+                // Red, green and blue of the even samples, and of the odd ones after another number.
+                let numbers = four.as_flattened().as_flattened();
+                let of = |pixel: usize, first: usize| Vec4::from_slice(&numbers[NUMBERS * pixel + first..]);
+                let even = Mat4::from_cols(of(0, 0), of(1, 0), of(2, 0), of(3, 0)).transpose();
+                let odd = Mat4::from_cols(of(0, 2), of(1, 2), of(2, 2), of(3, 2)).transpose();
+                (even.x_axis + odd.y_axis).write_to_slice(red);
+                (even.y_axis + odd.z_axis).write_to_slice(green);
+                (even.z_axis + odd.w_axis).write_to_slice(blue);
             }
         }
         at_level!(level, simd => show(simd, self, scales));

@@ -28,10 +28,12 @@ pub(super) type Odd = Vec<[f32; 3]>;
 /// A tile: even samples, or all, and odd ones.
 pub(super) type Kept<'a> = (&'a mut Half, &'a mut Odd);
 
-/// Whether pixel `at` of a tile is in one of these blocks.
-fn is_in(blocks: Blocks, at: usize) -> bool {
-    let (x, y) = (at as u32 % TILE, at as u32 / TILE);
-    blocks >> (y / BLOCK * (TILE / BLOCK) + x / BLOCK) & 1 == 1
+/// Pixels of a block beside each other.
+const WIDTH: usize = BLOCK as usize;
+
+/// The block of a tile that such a row of pixels is part of.
+fn block_of(row: usize) -> usize {
+    row / (BLOCK * BLOCKS) as usize * BLOCKS as usize + row % BLOCKS as usize
 }
 
 /// The sums of a tile of which the blocks `apart` were kept as they are, and of the others the total, as of even samples; of a
@@ -63,11 +65,20 @@ pub(super) fn save(
     }
     odd.clear();
     odd.try_reserve_exact(AREA).map_err(|_| too_large())?;
-    let total = |[a, b]: &Sum| (Vec3::from_array(*a) + Vec3::from_array(*b)).to_array();
-    for (at, (sum, even)) in sums.iter().zip(even).enumerate() {
-        let odd_half;
-        [*even, odd_half] = if is_in(apart, at) { *sum } else { [total(sum), [0.0; 3]] };
-        odd.push(odd_half);
+    let rows = sums.as_chunks::<WIDTH>().0.iter().zip(even.as_chunks_mut::<WIDTH>().0);
+    for (row, (sums, even)) in rows.enumerate() {
+        let mut odd_half = [[0.0; 3]; WIDTH];
+        if apart >> block_of(row) & 1 == 1 {
+            for x in 0..WIDTH {
+                [even[x], odd_half[x]] = sums[x];
+            }
+        } else {
+            for x in 0..WIDTH {
+                let [a, b] = sums[x].map(Vec3::from_array);
+                even[x] = (a + b).to_array();
+            }
+        }
+        odd.extend_from_slice(&odd_half);
     }
     Ok(())
 }
@@ -77,11 +88,9 @@ pub(super) fn means((even, odd): (&mut Half, &Odd), apart: Blocks, samples: &ByB
     if apart == 0 {
         return;
     }
-    let blocks = even.as_chunks_mut::<{ BLOCK as usize }>().0.iter_mut().zip(odd.as_chunks().0).enumerate();
-    for (at, (even, odd)) in blocks {
-        let (x, y) = (at as u32 % BLOCKS, at as u32 / BLOCKS / BLOCK);
-        let n = samples[(y * BLOCKS + x) as usize].max(1) as f32;
-        let odd: &[[f32; 3]; BLOCK as usize] = odd;
+    let rows = even.as_chunks_mut::<WIDTH>().0.iter_mut().zip(odd.as_chunks::<WIDTH>().0);
+    for (row, (even, odd)) in rows.enumerate() {
+        let n = samples[block_of(row)].max(1) as f32;
         for (even, odd) in even.as_flattened_mut().iter_mut().zip(odd.as_flattened()) {
             *even = (*even + odd) / n;
         }
@@ -107,9 +116,10 @@ mod tests {
             let mut loaded = vec![Sum::default(); AREA];
             save(&sums, apart, (4, [TILE; 2]), (&mut even, &mut odd)).unwrap();
             load((&even, &odd), apart, 4, &mut loaded);
+            let is_in = |at: usize| apart >> (at / 256 * 4 + at % 32 / 8) & 1 == 1;
             for (at, (loaded, sum)) in loaded.iter().zip(&sums).enumerate() {
                 let total = [0, 1, 2].map(|channel| sum[0][channel] + sum[1][channel]);
-                let wanted = if is_in(apart, at) { *sum } else { [total, [0.0; 3]] };
+                let wanted = if is_in(at) { *sum } else { [total, [0.0; 3]] };
                 assert_eq!(*loaded, wanted, "{apart:x} {at}");
             }
             save(&sums, apart, (4, [TILE, 20]), (&mut even, &mut odd)).unwrap();
