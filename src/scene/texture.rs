@@ -187,15 +187,24 @@ fn clause(error: &image::ImageError) -> String {
     text.join(" ").chars().take(200).collect()
 }
 
+/// So many texels are converted in one go.
+const SLAB: usize = 4096;
+
 /// Converts a decoded picture texel by texel; none when memory runs out.
 fn each<T: Sync>(
     samples: &[T],
     per_texel: usize,
     f: impl Fn(&[T]) -> [u16; 4] + Send + Sync,
 ) -> Option<Vec<[u16; 4]>> {
-    let mut texels = Vec::new();
+    let mut texels: Vec<[u16; 4]> = Vec::new();
     texels.try_reserve_exact(samples.len() / per_texel).ok()?;
-    texels.par_extend(samples.par_chunks_exact(per_texel).map(f));
+    texels.resize(samples.len() / per_texel, [0; 4]);
+    // A loop of its own for some thousand: whether the compiler makes one of a parallel iterator depends on what else changed.
+    texels.par_chunks_mut(SLAB).zip(samples.par_chunks(SLAB * per_texel)).for_each(|(texels, samples)| {
+        for (texel, sample) in texels.iter_mut().zip(samples.chunks_exact(per_texel)) {
+            *texel = f(sample);
+        }
+    });
     Some(texels)
 }
 
