@@ -53,13 +53,32 @@ impl Seen {
         })
     }
 
+    /// Whether [`Self::shadow`] is at least `threshold` pixels.
+    pub(super) fn has_shadow_of(scene: &Scene, threshold: f64) -> bool {
+        let (optics, surfaces) = (&scene.optics, &scene.surfaces);
+        let (frame, light) = (Frame::new(scene), Light::of(scene));
+        let Some(light) = light else { return false };
+        surfaces.triangles.par_iter().any(|corners| {
+            let world = corners.map(|i| surfaces.positions[i as usize]);
+            let corners = world.map(|p| optics.world_from_lens().point_inverse(p));
+            let way = light.way_to(world);
+            // Mostly its corners tell enough: what is in view of it lies between them, no nearer and no farther. (A little more,
+            // for rounding.)
+            let beyond = corners.map(|p| optics.film_normal().dot(p) > 0.0);
+            let is_told = beyond[0] == beyond[1]
+                && beyond[1] == beyond[2]
+                && 1.000_001 * way * frame.magnification(&corners) < threshold;
+            if is_told {
+                return false;
+            }
+            let corners = frame.in_view(corners);
+            !corners.is_empty() && way * frame.magnification(&corners) >= threshold
+        })
+    }
+
     pub(super) fn new(scene: &Scene) -> Self {
         let (optics, surfaces) = (&scene.optics, &scene.surfaces);
-        let frame = Frame::new(scene);
-        let light = scene
-            .sun
-            .as_ref()
-            .map(|sun| Light { toward: sun.toward.normalize_or_zero(), bounds: bounds(&surfaces.positions) });
+        let (frame, light) = (Frame::new(scene), Light::of(scene));
         let empty = Part {
             materials: vec![false; surfaces.materials.len()],
             textured: vec![false; surfaces.materials.len()],
@@ -133,6 +152,12 @@ struct Light {
 }
 
 impl Light {
+    /// None without a sun.
+    fn of(scene: &Scene) -> Option<Self> {
+        let sun = scene.sun.as_ref()?;
+        Some(Self { toward: sun.toward.normalize_or_zero(), bounds: bounds(&scene.surfaces.positions) })
+    }
+
     /// The longest way that light goes within the box to a point of a triangle, metres.
     fn way_to(&self, corners: [DVec3; 3]) -> f64 {
         let [low, high] = self.bounds;

@@ -74,6 +74,14 @@ impl<'a> View<'a> {
         self.sun() * self.seen().shadow
     }
 
+    /// Whether the widest penumbra reaches its threshold.
+    fn has_penumbra(&self) -> bool {
+        match self.seen.get() {
+            Some(_) => self.penumbra() >= self.penumbra_threshold(),
+            None => Seen::has_shadow_of(self.scene, self.penumbra_threshold() / self.sun()),
+        }
+    }
+
     /// No less than [`Self::penumbra`], without a look at each triangle: light that goes through all of the scene, to its point
     /// nearest to the camera, drawn as large as at the film's corner.
     fn farthest_penumbra(&self) -> f64 {
@@ -133,7 +141,7 @@ impl<'a> View<'a> {
             EffectName::SoftShadows => {
                 scene.render.effects.without.has(EffectName::Shadows)
                     || self.farthest_penumbra() < self.penumbra_threshold()
-                    || self.penumbra() < self.penumbra_threshold()
+                    || !self.has_penumbra()
             }
             EffectName::Falloff => largest_falloff(scene) < self.falloff_threshold(),
             EffectName::Diffraction => !diffraction::is_seen(self),
