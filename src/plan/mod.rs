@@ -56,8 +56,9 @@ impl RenderPlan {
             } else if !asked {
                 (false, because)
             } else if is_seen {
-                (true, because)
-            } else if choice.all {
+                let is_told = choice.with.has(name);
+                (true, if is_told { format!("{because}; --with {name} asks for it") } else { because })
+            } else if choice.all && view.is_small(name) {
                 (true, format!("{because}; --all-effects keeps it"))
             } else if choice.with.has(name) {
                 (true, format!("{because}; --with {name} keeps it"))

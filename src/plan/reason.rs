@@ -80,7 +80,9 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
                 true => "",
                 false => "sun.angular_diameter_deg = 0: ",
             };
-            (asked, is_seen, format!("{key}penumbra up to {width}, threshold {threshold} px"))
+            let degrees = scene.sun.as_ref().map_or(0.0, |sun| sun.angular_diameter.as_degrees());
+            let sun = if asked { format!("a sun of {} degrees, ", digits(degrees)) } else { String::new() };
+            (asked, is_seen, format!("{key}{sun}penumbra up to {width}, threshold {threshold} px"))
         }
         EffectName::ApertureShape => match scene.blades {
             None => (false, false, "no [camera.aperture] table: a disk, 0 blades, threshold 3".into()),
