@@ -249,6 +249,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     {
         report::warnings(&[beyond_reach(&input.name(), wanted, reached)]);
     }
+    if let (Budget::Seconds(wanted), None) = (scene.render.budget, &allocation)
+        && stats.render_seconds > (1.05 * wanted).max(wanted + 0.05)
+    {
+        report::warnings(&[too_late(&input.name(), wanted, stats.render_seconds)]);
+    }
     if arguments.scene.is_none() {
         first_steps(&scene, &path)?;
     }
@@ -275,6 +280,18 @@ fn no_error_map(file: &str, target: &Path) -> Warning {
         message: format!(
             "the error of one sample a pixel is unknown, so {} is not written; give more time, or --samples",
             target.display()
+        ),
+    }
+}
+
+/// A time that was not kept.
+fn too_late(file: &str, wanted: f64, took: f64) -> Warning {
+    Warning {
+        file: file.to_owned(),
+        line: None,
+        message: format!(
+            "the picture took {took:.2} s, and {wanted} s were asked for: no picture of this scene is done much sooner; make it \
+             smaller, or give it more time"
         ),
     }
 }

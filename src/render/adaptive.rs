@@ -98,6 +98,15 @@ impl<'a> Picture<'a> {
     }
 }
 
+/// As much later than asked for a picture of 16 samples may be done, as a part of its time, or of a second if that is more.
+const LATE_PART: f64 = 0.03;
+
+/// What a picture of one sample saves of the time of the rest of one of 16, at most.
+const AGAIN_PART: f64 = 0.6;
+
+/// The part of what is left that a pilot may take: tiles that are not done then are not of it.
+const PILOT_PART: f64 = 0.3;
+
 /// The part of the time that a first run may take by the pilot's word: it cannot be stopped, and takes up to a quarter more where
 /// the pilot's tiles are cheaper than the others. Rounds take what is left.
 const FIRST_PART: f64 = 0.75;
@@ -121,7 +130,7 @@ impl Progressive<'_> {
     fn until_error(&mut self, error: f64, execution: &Execution<'_>) -> Result<()> {
         let columns = self.samples.columns_and_rows().0 as usize;
         let tiles = Pilot::for_error(self.picture.tiles());
-        let mut seen = self.pilot(tiles, FIRST_RUN, execution)?;
+        let mut seen = self.pilot(tiles, FIRST_RUN, execution, &|| false)?;
         let allowed = error * error;
         let goal = |part: f64, pilot: &[TileBlocks]| Goal::Error(part * allowed * 3.0 * pilot::pixels(pilot));
         let entries = self.entries_per_pixel();
@@ -131,14 +140,14 @@ impl Progressive<'_> {
         let (mut falling, mut first) = (USUAL_FALL, FIRST_RUN);
         if look > FIRST_RUN {
             self.clear(look);
-            let more = self.pilot(tiles, look, execution)?;
+            let more = self.pilot(tiles, look, execution, &|| false)?;
             // How the error falls is known now, and more at once may be wanted.
             falling = pilot::fall(&seen, &more).unwrap_or(USUAL_FALL);
             (first, seen) = (choose(&more, falling).max(look), more);
         }
         if first > look {
             self.clear(first);
-            seen = self.pilot(tiles, first, execution)?;
+            seen = self.pilot(tiles, first, execution, &|| false)?;
         }
         let forecast = Forecast::new(&seen, goal(SURE, &seen), ROUNDS_FALL, MOST_FOR_ERROR);
         self.first_round(&forecast, execution)?;
@@ -176,13 +185,21 @@ impl Progressive<'_> {
         let pixels = self.pixels();
         let begun = clock();
         let entries = self.entries_per_pixel();
-        let pilot = self.pilot(Pilot::for_time(self.picture.tiles()), FIRST_RUN, execution)?;
+        if begun >= end {
+            return Ok(Some(1));
+        }
+        // Where a tile takes long the pilot must not take all of the time.
+        let until = begun + PILOT_PART * (end - begun);
+        let pilot =
+            self.pilot(Pilot::for_time(self.picture.tiles()), FIRST_RUN, execution, &|| clock() >= until)?;
         let seen = pilot::pixels(&pilot);
         let took = (clock() - begun).max(1e-9);
         let left = end - clock();
-        let rest = took * (pixels - seen) / seen;
-        if rest > left {
-            let few = FEWER.iter().find(|(_, part)| part * rest <= left);
+        let rest = if seen > 0.0 { took * (pixels - seen) / seen } else { f64::INFINITY };
+        // Fewer begin again, with all that comes before the first sample: not if that takes as long.
+        let again = begun - start;
+        if rest > left + LATE_PART * (end - start).max(1.0) && again < AGAIN_PART * rest {
+            let few = FEWER.iter().find(|(_, part)| again + part * rest <= left);
             return Ok(Some(few.map_or(1, |&(samples, _)| samples)));
         }
         // Of a larger first run more samples are drawn in a time; what is left over goes into rounds.

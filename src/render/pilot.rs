@@ -47,12 +47,13 @@ impl Pilot {
 const MUCH: f64 = 1.03;
 
 impl Progressive<'_> {
-    /// Draws so many samples in the tiles of a pilot, and tells what these are then.
+    /// Draws so many samples in the tiles of a pilot, as far as `late` allows, and tells what those that have them are then.
     pub(super) fn pilot(
         &mut self,
         pilot: Pilot,
         samples: u32,
         execution: &Execution<'_>,
+        late: &(dyn Fn() -> bool + Sync),
     ) -> Result<Vec<TileBlocks>> {
         let (columns, rows) = self.samples.columns_and_rows();
         let (tiles_x, tiles_y) = (columns.div_ceil(BLOCKS), rows.div_ceil(BLOCKS));
@@ -66,13 +67,14 @@ impl Progressive<'_> {
         let at = |(x, y): (u32, u32)| (y * columns + x) as usize;
         let mut wanted = vec![0; self.errors.len()];
         tiles.iter().copied().flat_map(places).for_each(|place| wanted[at(place)] = samples);
-        self.round(&wanted, execution, &|| false)?;
+        self.round(&wanted, execution, late)?;
         let of_tile = |&tile: &(u32, u32)| {
             let block = |(x, y): (u32, u32)| Block { error: self.plain[at((x, y))], ..self.block(x, y) };
             let blocks = places(tile).map(block).collect();
             TileBlocks::new(blocks, (columns - tile.0 * BLOCKS).min(BLOCKS) as usize)
         };
-        let seen = tiles.iter().map(of_tile).collect();
+        let is_drawn = |tile: &TileBlocks| tile.blocks().all(|block| block.samples >= samples);
+        let seen = tiles.iter().map(of_tile).filter(is_drawn).collect();
         let by_edges =
             self.plain.iter().zip(&self.hidden).map(|(&plain, &hidden)| self.edges.error(plain, hidden, 0.0));
         self.edges.is_much = by_edges.sum::<f64>() > MUCH * self.plain.iter().sum::<f64>();
