@@ -67,7 +67,8 @@ fn rows<'a>(study: &'a Study<'_>, way: &str) -> Vec<&'a Measured> {
 pub(super) fn sentence(study: &Study<'_>) -> String {
     let uniform = rows(study, UNIFORM);
     let [.., before, last] = uniform.as_slice() else { return nothing().to_string() };
-    let slope = libm::log(before.true_rms / last.true_rms) / libm::log(last.seconds / before.seconds);
+    // By times over what was drawn just before each: the machine's speed changes meanwhile.
+    let slope = libm::log(before.true_rms / last.true_rms) / libm::log(last.ratio / before.ratio);
     let mut words = if slope.is_finite() && slope > 0.05 {
         format!(
             "Halving the error from here ({} in {}) costs {:.1} times as long.",
@@ -76,18 +77,22 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
             libm::exp2(1.0 / slope)
         )
     } else {
-        format!("More time hardly makes the error of {} smaller.", tell::rms(last.true_rms))
+        format!(
+            "Up to {:.0} samples more time hardly makes the error of {} smaller; what more would do was not measured.",
+            last.samples,
+            tell::rms(last.true_rms)
+        )
     };
     if let Some(adaptive) = rows(study, ADAPTIVE).last().filter(|_| slope > 0.05) {
         // What uniform sampling takes for the same error, between its own steps.
-        let same = last.seconds * libm::pow(last.true_rms / adaptive.true_rms, 1.0 / slope);
+        let same = last.ratio * libm::pow(last.true_rms / adaptive.true_rms, 1.0 / slope);
         if same.is_finite() && same > 0.0 {
             let _ = write!(
                 words,
                 " Samples where they help most reach {} in {}, {:.0} % of the time that uniform ones take for the same error.",
                 tell::rms(adaptive.true_rms),
                 duration(adaptive.seconds),
-                100.0 * adaptive.seconds / same
+                100.0 * adaptive.ratio / same
             );
         }
     }
