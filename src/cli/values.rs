@@ -196,7 +196,7 @@ impl FromStr for Positive {
     fn from_str(text: &str) -> Result<Self, String> {
         match text.trim().parse::<f64>() {
             Ok(value) if value > 0.0 && value.is_finite() => Ok(Self(value)),
-            _ => Err("a positive number is needed".into()),
+            _ => Err("a positive, finite number is needed".into()),
         }
     }
 }
