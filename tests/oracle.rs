@@ -34,7 +34,8 @@ fn compare_doubting(name: &str, scene: &Scene, one_in: u32) {
 }
 
 fn compare_picture(name: &str, scene: &Scene, one_in: u32) {
-    let (picture, _) = render(scene, Execution::default()).unwrap();
+    let (picture, counts) = render(scene, Execution::default()).unwrap();
+    assert!(counts.shading_requests <= counts.samples, "{name}: more was shaded than there is");
     let Budget::Samples(each) = scene.render.budget else { panic!("a number of samples is needed") };
     let (width, height) = (scene.render.width, scene.render.height);
     let (mut worst, mut farthest, mut doubtful, mut mismatched) = (0.0f64, 0.0f64, 0u32, 0u32);

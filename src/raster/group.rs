@@ -105,6 +105,22 @@ impl Groups {
         self.sort(surfaces);
     }
 
+    /// Leaves of each group only the lanes that `inside` says.
+    pub(crate) fn clip(&mut self, inside: impl Fn(&Group) -> u64) {
+        let (mut from, mut to) = (0, 0);
+        for end in &mut self.next {
+            for at in from..*end as usize {
+                let group = self.sorted[at];
+                let lanes = group.lanes & inside(&group);
+                if lanes != 0 {
+                    self.sorted[to] = Group { lanes, ..group };
+                    to += 1;
+                }
+            }
+            (from, *end) = (*end as usize, to as u32);
+        }
+    }
+
     fn begin(&mut self, surfaces: usize) {
         self.next.clear();
         self.next.resize(surfaces + 2, 0);
@@ -220,6 +236,15 @@ mod tests {
             assert!(runs.windows(2).all(|two| two[0][0].id < two[1][0].id));
             assert!(runs.iter().all(|run| run.iter().all(|group| group.id == run[0].id)));
         }
+        groups.find(SimdLevel::best().level(), &batches, &seen, 4);
+        groups.clip(|group| if group.block < 500 { 0xff } else { 0 });
+        for run in groups.runs() {
+            assert!(
+                run.iter().all(|group| group.id == run[0].id && group.block < 500 && group.lanes <= 0xff)
+            );
+        }
+        let lanes: u32 = groups.runs().flatten().map(|group| group.lanes.count_ones()).sum();
+        assert_eq!(lanes, 500 * 8);
         groups.find_singles(&batches[3], &seen, 4);
         let singles: Vec<&Group> = groups.runs().flatten().collect();
         assert_eq!(singles.len(), 13 * 1024);

@@ -11,10 +11,10 @@ use super::picture::Picture;
 use super::resolve::Sum;
 use super::stages::{Stages, Stopwatch};
 use crate::raster::film::TileFilm;
-use crate::raster::group::Groups;
+use crate::raster::group::{Group, Groups};
 use crate::raster::tile::{Geometry, Part};
 use crate::raster::view::{Batch, Pattern, from_center};
-use crate::raster::visibility::REGION;
+use crate::raster::visibility::{EVERYWHERE, REGION};
 use crate::raster::{self, BATCHES, LANES, TILE};
 use crate::sampling;
 use crate::sampling::runs::Run;
@@ -133,7 +133,11 @@ impl Picture<'_> {
             focal_length: self.view.focal_length as f32,
             radius: self.view.radius as f32,
         };
-        let part = Part { tile, block, wanted: steps.iter().fold(0, |wanted, step| wanted | step.wanted) };
+        let size = self.size_of(tile);
+        let is_whole = size == [TILE; 2];
+        let inside = regions_inside(size, block);
+        let wanted = steps.iter().fold(0, |wanted, step| wanted | step.wanted);
+        let part = Part { tile, block, wanted: wanted & inside };
         // What earlier steps drew is still there.
         let mut held = 0;
         for (done, step) in steps.iter().enumerate() {
@@ -171,7 +175,7 @@ impl Picture<'_> {
                     tally.samples += REGION_SAMPLES * u64::from(step.wanted.count_ones());
                     tally.triangles += raster.draw(
                         self.level,
-                        step.wanted,
+                        step.wanted & inside,
                         &geometry,
                         &film,
                         (number, batch),
@@ -197,6 +201,9 @@ impl Picture<'_> {
                     raster.group(self.level, batches, groups);
                 } else {
                     raster.singles(batch, groups);
+                }
+                if !is_whole {
+                    groups.clip(|group| lanes_inside(size, &pattern, batches, group));
                 }
                 watch.lap(&mut tally.stages.group);
                 let samples = Samples {
@@ -260,6 +267,28 @@ impl Picture<'_> {
         }
         squares
     }
+}
+
+/// The regions of 4 x 4 blocks of `block` pixels that have pixels in the picture, of a tile of which it has so many columns and rows.
+fn regions_inside([width, height]: [u32; 2], block: (u32, u32)) -> u64 {
+    if [width, height] == [TILE; 2] {
+        return EVERYWHERE;
+    }
+    let across = width.div_ceil(block.0 * REGION as u32);
+    let row = EVERYWHERE >> (64 - across);
+    (0..height.div_ceil(block.1 * REGION as u32)).fold(0, |sum, y| sum | row << (8 * y))
+}
+
+/// The lanes of a group that lie in the picture, of a tile of which it has so many columns and rows.
+fn lanes_inside([width, height]: [u32; 2], pattern: &Pattern, batches: &[Batch], group: &Group) -> u64 {
+    let corner = pattern.corner(u32::from(group.block));
+    let is_inside = |lane: &usize| {
+        let batch = &batches[lane / LANES % batches.len()];
+        let (x, y) = pattern.pixel(corner, batch, *lane);
+        x < width && y < height
+    };
+    let lanes = (0..batches.len() * LANES).filter(|lane| group.lanes >> lane & 1 == 1);
+    lanes.filter(is_inside).fold(0, |sum, lane| sum | 1 << lane)
 }
 
 /// Does something with each pixel's sums in the regions of 4 x 4 pixels that are `wanted`.

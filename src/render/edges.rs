@@ -11,7 +11,7 @@
 
 use super::differences::{self, NUMBERS};
 use super::picture::Picture;
-use super::resolve::{BLOCKS, ByBlock, Sum};
+use super::resolve::{BLOCKS, ByBlock, Sum, WIDTH};
 use crate::picture::BLOCK;
 use crate::raster::{LANES, TILE};
 use crate::simd::at_level;
@@ -37,9 +37,6 @@ const OTHERS: u32 = 1;
 
 /// Pixels of a tile beside each other, with as many more on both sides as an edge's contrast is looked for.
 const SIDE: usize = TILE as usize + 2 * REACH;
-
-/// Pixels of a block beside each other.
-const WIDTH: usize = BLOCK as usize;
 
 /// What a tile shows, channel by channel and row by row. What lies outside of the picture shows what is nearest to it inside.
 struct Shown {

@@ -84,8 +84,8 @@ impl Progressive<'_> {
         let mut even = self.even;
         even.par_iter_mut().zip(&self.odd).zip(&self.apart).enumerate().for_each(
             |(tile, ((even, odd), &apart))| {
-                let (place, samples) = of_tile(tile);
-                kept::means((even, odd), apart, &samples, picture.size_of(place));
+                let (_, samples) = of_tile(tile);
+                kept::means((even, odd), apart, &samples);
             },
         );
         let pixels = even.into_flattened();

@@ -5,7 +5,7 @@
 //! after all, as one in a hundred does, its first run is drawn again. (The mean and not the total: that is what the picture
 //! shows, and a first run's samples are a power of two, by which a number can be divided and multiplied again.)
 
-use super::resolve::{BLOCKS, ByBlock, Sum, clear_outside, means_of};
+use super::resolve::{BLOCKS, ByBlock, Sum, WIDTH, means_of};
 use super::too_large;
 use crate::error::Result;
 use crate::picture::BLOCK;
@@ -28,9 +28,6 @@ pub(super) type Odd = Vec<[f32; 3]>;
 /// A tile: even samples, or all, and odd ones.
 pub(super) type Kept<'a> = (&'a mut Half, &'a mut Odd);
 
-/// Pixels of a block beside each other.
-const WIDTH: usize = BLOCK as usize;
-
 /// The block of a tile that such a row of pixels is part of.
 fn block_of(row: usize) -> usize {
     row / (BLOCK * BLOCKS) as usize * BLOCKS as usize + row % BLOCKS as usize
@@ -48,19 +45,13 @@ pub(super) fn load((even, odd): (&Half, &Odd), apart: Blocks, samples: u32, sums
 }
 
 /// Keeps the sums of the blocks `apart` as they are, and of the others the total; of a tile without such blocks the means of so
-/// many samples, 0 outside of its `size`.
+/// many samples.
 ///
 /// # Errors
 /// [`crate::error::ErrorKind::TooLarge`] where there is no memory left.
-pub(super) fn save(
-    sums: &[Sum],
-    apart: Blocks,
-    (samples, size): (u32, [u32; 2]),
-    (even, odd): Kept<'_>,
-) -> Result<()> {
+pub(super) fn save(sums: &[Sum], apart: Blocks, samples: u32, (even, odd): Kept<'_>) -> Result<()> {
     if apart == 0 {
         means_of(sums, samples, even);
-        clear_outside(size, even);
         return Ok(());
     }
     odd.clear();
@@ -83,8 +74,8 @@ pub(super) fn save(
     Ok(())
 }
 
-/// Makes what was kept the means of so many samples, 0 outside of a tile of this `size`: in place of the even ones.
-pub(super) fn means((even, odd): (&mut Half, &Odd), apart: Blocks, samples: &ByBlock<u32>, size: [u32; 2]) {
+/// Makes what was kept the means of so many samples: in place of the even ones.
+pub(super) fn means((even, odd): (&mut Half, &Odd), apart: Blocks, samples: &ByBlock<u32>) {
     if apart == 0 {
         return;
     }
@@ -95,7 +86,6 @@ pub(super) fn means((even, odd): (&mut Half, &Odd), apart: Blocks, samples: &ByB
             *even = (*even + odd) / n;
         }
     }
-    clear_outside(size, even);
 }
 
 #[cfg(test)]
@@ -114,7 +104,7 @@ mod tests {
         for apart in [0, 1, 0x8421, Blocks::MAX] {
             let (mut even, mut odd) = (tile(0.0), Odd::new());
             let mut loaded = vec![Sum::default(); AREA];
-            save(&sums, apart, (4, [TILE; 2]), (&mut even, &mut odd)).unwrap();
+            save(&sums, apart, 4, (&mut even, &mut odd)).unwrap();
             load((&even, &odd), apart, 4, &mut loaded);
             let is_in = |at: usize| apart >> (at / 256 * 4 + at % 32 / 8) & 1 == 1;
             for (at, (loaded, sum)) in loaded.iter().zip(&sums).enumerate() {
@@ -122,20 +112,18 @@ mod tests {
                 let wanted = if is_in(at) { *sum } else { [total, [0.0; 3]] };
                 assert_eq!(*loaded, wanted, "{apart:x} {at}");
             }
-            save(&sums, apart, (4, [TILE, 20]), (&mut even, &mut odd)).unwrap();
-            means((&mut even, &odd), apart, &[4; 16], [TILE, 20]);
+            means((&mut even, &odd), apart, &[4; 16]);
             let is_mean = |at: usize| (even[at][1] * 4.0 - sums[at][0][1] - sums[at][1][1]).abs() < 1e-3;
-            assert!((0..20 * TILE as usize).all(is_mean), "{apart:x}");
-            assert!(even[20 * TILE as usize..].iter().all(|pixel| *pixel == [0.0; 3]));
+            assert!((0..AREA).all(is_mean), "{apart:x}");
         }
     }
 
     #[test]
     fn of_a_mean_the_odd_half_takes_no_memory() {
         let (mut even, mut odd) = (tile(0.0), Odd::new());
-        save(&vec![[[1.0; 3]; 2]; AREA], 0, (2, [TILE; 2]), (&mut even, &mut odd)).unwrap();
+        save(&vec![[[1.0; 3]; 2]; AREA], 0, 2, (&mut even, &mut odd)).unwrap();
         assert!(even[7] == [1.0; 3] && odd.capacity() == 0);
-        means((&mut even, &odd), 0, &[2; 16], [TILE; 2]);
+        means((&mut even, &odd), 0, &[2; 16]);
         assert_eq!(even[7], [1.0; 3]);
     }
 }

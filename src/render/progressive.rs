@@ -215,8 +215,7 @@ impl<'a> Progressive<'a> {
                 if forecast.is_some() && !execution.error_map && drawn.is_even(samples.base()) {
                     *apart = 0;
                 }
-                let size = picture.size_of(picture.place(tile));
-                kept::save(sums, *apart, (samples.base(), size), (even, odd))?;
+                kept::save(sums, *apart, samples.base(), (even, odd))?;
                 Ok(Some(drawn))
             };
         let drawn: Result<Vec<Option<Drawn>>> = self

@@ -127,7 +127,7 @@ impl<'a> TileRound<'a> {
     ) -> &mut Self {
         match before {
             Some((kept, apart)) => kept::load(kept, apart, self.base, self.sums),
-            None if self.blocks().any(|(block, _)| then[block] == 0) => self.sums.fill(Sum::default()),
+            None if then.contains(&0) => self.sums.fill(Sum::default()),
             None => {}
         }
         self

@@ -7,7 +7,7 @@
 use super::draw::{Borrowed, Step, TILES_AT_ONCE, Work};
 use super::pattern::Splits;
 use super::picture::Picture;
-use super::resolve::{Sum, clear_outside, means_of};
+use super::resolve::{Sum, means_of};
 use super::stages::Stopwatch;
 use super::{Counts, Execution, cancelled, done, too_large};
 use crate::error::Result;
@@ -60,7 +60,6 @@ impl Picture<'_> {
                 }
                 tally.unseen_light = u64::from(raised.count_ones());
                 means_of(sums, samples[0], out);
-                clear_outside(self.size_of(place), out);
                 stated.iter().sum()
             };
             watch.lap(&mut tally.stages.resolve);
