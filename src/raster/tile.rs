@@ -303,6 +303,12 @@ impl TileScratch {
         self.seen.keep(number);
     }
 
+    /// What the batch that was drawn last sees.
+    #[cfg(test)]
+    pub(crate) fn seen(&self) -> &Visibility {
+        &self.seen
+    }
+
     /// Sorts the samples of the batches that were kept by what they see.
     pub(crate) fn group(&self, level: Level, batches: &[Batch], groups: &mut Groups) {
         groups.find(level, batches, &self.seen, self.surfaces.len());

@@ -20,6 +20,8 @@ mod differences;
 mod diffraction;
 mod draw;
 mod edges;
+#[cfg(test)]
+mod exact_tests;
 mod finish;
 mod frame;
 mod highlights;

@@ -1,0 +1,200 @@
+//! Coverage and depth, bit for bit, against all triangles one by one: what bins, order, regions, boxes lens point by lens point,
+//! sieves and vector instructions leave out or arrange otherwise changes nothing. (That the functions themselves are right is
+//! for the oracle in double precision, `tests/oracle.rs`.)
+
+use super::pattern::{Splits, pattern};
+use super::picture::{Picture, Sequence};
+use super::{Execution, draw};
+use crate::error::Result;
+use crate::raster::film::TileFilm;
+use crate::raster::tile::{Geometry, Part, TileScratch};
+use crate::raster::view::Batch;
+use crate::raster::visibility::{EVERYWHERE, NOTHING};
+use crate::raster::{LANES, TILE};
+use crate::sampling;
+use crate::scene::{LoadSettings, Memory, Scene, parse};
+use crate::simd::SimdLevel;
+use std::fmt::Write;
+use std::path::Path;
+
+/// A camera one metre before the origin, with some keys of its own, and triangles, each by its corners in metres.
+fn scene(keys: &str, width: u32, triangles: &[[[f64; 3]; 3]]) -> Result<Scene> {
+    let mut mesh = String::new();
+    for [x, y, z] in triangles.as_flattened() {
+        let _ = writeln!(mesh, "v {x} {y} {z}");
+    }
+    for first in (1..=3 * triangles.len()).step_by(3) {
+        let _ = writeln!(mesh, "f {first} {} {}", first + 1, first + 2);
+    }
+    let text = format!(
+        "[camera]\neye_m = [0.0, 0.0, 1.0]\nlook_at_m = [0.0, 0.0, 0.0]\nfocal_length_mm = 150.0\nfilm = \"4x5\"\n{keys}\n\
+         [[mesh]]\npath = \"a.obj\"\n"
+    );
+    let files = Memory::new().with("a.obj", mesh.into_bytes());
+    let settings = LoadSettings { width: Some(width), ..Default::default() };
+    let mut scene = parse(&text, "a.toml")?.describe()?.load_with(&files, Path::new(""), settings)?;
+    // Each triangle a surface of its own.
+    scene.render.share_shading = false;
+    Ok(scene)
+}
+
+/// Triangles of about `size`, around the origin and, `near` the lens, through it and behind it.
+fn triangles(count: usize, size: f64, near: bool) -> Vec<[[f64; 3]; 3]> {
+    let mut state = 7u64;
+    let mut random = |size: f64| {
+        state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+        ((state >> 40) as f64 / 8_388_608.0 - 1.0) * size
+    };
+    let mut one = |middle: f64| {
+        let middle = [random(0.4), random(0.4), middle + random(0.6)];
+        [0; 3].map(|_| middle.map(|middle| middle + random(size)))
+    };
+    (0..count).map(|at| one(if near && at % 3 == 0 { 1.0 } else { 0.0 })).collect()
+}
+
+/// A triangle's functions at a lens point and place in the block, as `raster::kernel` has them: the value at the tile's centre, and
+/// the changes with `x` and `y`.
+fn at_lens(e: [f32; 9], [u, v, jx, jy]: [f32; 4], factor: f32) -> [f32; 3] {
+    let part = |i: usize| u * e[i + 1] + v * e[i + 2] + e[i];
+    let [c, cx, cy] = [part(0), part(3), part(6)];
+    [(c + cx * jx + cy * jy) * factor, cx * factor, cy * factor]
+}
+
+/// What a batch sees, block by block: the largest `1/t` of all triangles, and those that have it.
+fn all_one_by_one(
+    picture: &Picture<'_>,
+    film: &TileFilm,
+    batch: &Batch,
+    block: (u32, u32),
+) -> Vec<[(f32, Vec<u32>); LANES]> {
+    let half = 0.5 * TILE as f32;
+    let columns = TILE / block.0;
+    let blocks = columns * (TILE / block.1);
+    let mut seen = vec![std::array::from_fn(|_| (0.0, vec![NOTHING])); blocks as usize];
+    for (triangle, corners) in picture.surfaces.triangles.iter().enumerate() {
+        let v = corners.map(|corner| picture.positions[corner as usize]);
+        let edges = film.scaled_edges(v).map(|e| e.map(|c| c as f32));
+        let (facing, plane) = film.depth(v);
+        for lane in (0..LANES).filter(|lane| batch.live >> lane & 1 == 1) {
+            let [u, v, jx, jy] = [batch.u, batch.v, batch.x, batch.y].map(|all| all[lane]);
+            let distance = u * plane[1] + v * plane[2] + plane[0];
+            if distance == 0.0 {
+                continue;
+            }
+            let [z0, zx, zy] = at_lens(facing, [u, v, jx, jy], 1.0 / distance);
+            let edges = edges.map(|e| at_lens(e, [u, v, jx, jy], 1.0f32.copysign(distance)));
+            for (at, seen) in seen.iter_mut().enumerate() {
+                let x = (at as u32 % columns * block.0) as f32 - half;
+                let y = (at as u32 / columns * block.1) as f32 - half;
+                let z = z0 + zy * y + zx * x;
+                let near = (jx + x) * film.near[1] + (jy + y) * film.near[2] + film.near[0];
+                let is_inside = edges.iter().all(|[c, cx, cy]| c + cy * y + cx * x >= 0.0);
+                let (nearest, who) = &mut seen[lane];
+                if is_inside && z > 0.0 && z <= near && z >= *nearest {
+                    if z > *nearest {
+                        who.clear();
+                    }
+                    *nearest = z;
+                    who.push(triangle as u32);
+                }
+            }
+        }
+    }
+    seen
+}
+
+/// Compares every sample of some tiles; tells how many see something, and how often the triangles of a tile were sifted by what
+/// its samples may see.
+fn compare(name: &str, scene: &Scene, samples: u32, tiles: &[(u32, u32)]) -> Result<(usize, usize)> {
+    draw(scene, Sequence::Uniform(samples), &Execution::default(), |picture, _| {
+        let block = sampling::block(samples);
+        let geometry = Geometry {
+            view: &picture.view,
+            bins: &picture.bins,
+            positions: picture.positions,
+            surfaces: picture.surface_count,
+            clock: None,
+            stop: &|| false,
+        };
+        let (mut met, mut sifted, mut scratches) = (0, 0, SimdLevel::ALL.map(|_| TileScratch::default()));
+        for &tile in tiles {
+            let film = TileFilm::new(&picture.view, tile.0, tile.1);
+            for (run, splits) in Splits::steps(samples, false) {
+                let pattern = pattern(&picture.points, tile, samples, run, splits, &|| false);
+                let levels = SimdLevel::ALL.into_iter().zip(&mut scratches);
+                for (level, scratch) in levels.filter(|(level, _)| level.is_available()) {
+                    let part = Part { tile, block, wanted: EVERYWHERE };
+                    scratch.prepare(level.level(), &geometry, &film, part, &pattern);
+                    sifted += usize::from(scratch.serves_one_pattern());
+                }
+                for (number, batch) in pattern.batches.iter().enumerate() {
+                    let wanted = all_one_by_one(picture, &film, batch, block);
+                    let levels = SimdLevel::ALL.into_iter().zip(&mut scratches);
+                    for (level, scratch) in levels.filter(|(level, _)| level.is_available()) {
+                        let batch = (number, batch);
+                        scratch.draw(level.level(), EVERYWHERE, &geometry, &film, batch, &|_, _| {});
+                        let (seen, surfaces) = (scratch.seen(), scratch.surfaces());
+                        for (at, wanted) in wanted.iter().enumerate() {
+                            // What lies outside of the picture is nobody's.
+                            let is_inside = |lane: &usize| {
+                                let (x, y) = pattern.pixel(pattern.corner(at as u32), batch.1, *lane);
+                                let [width, height] = picture.size_of(tile);
+                                batch.1.live >> lane & 1 == 1 && x < width && y < height
+                            };
+                            for lane in (0..LANES).filter(is_inside) {
+                                let (z, who) = &wanted[lane];
+                                let id = seen.id[at][lane];
+                                let triangle = surfaces.get(id as usize).copied().unwrap_or(NOTHING);
+                                assert!(
+                                    seen.depth[at][lane].to_bits() == z.to_bits() && who.contains(&triangle),
+                                    "{name}, N = {samples}, {}, tile {tile:?}, block {at}, lane {lane}: {triangle} at {}, {who:?} at {z}",
+                                    level.name(),
+                                    seen.depth[at][lane],
+                                );
+                                met += usize::from(triangle != NOTHING);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        Ok((met, sifted))
+    })
+}
+
+#[test]
+fn coverage_and_depth_are_exactly_those_of_all_triangles_one_by_one() -> Result<()> {
+    let blurred = "f_number = 1.2\nextension_mm = 230.0";
+    let views = [
+        ("pinhole", "pinhole = true\nextension_mm = 180.0"),
+        ("in focus", "f_number = 8.0\nextension_mm = 178.0"),
+        ("blurred", blurred),
+        (
+            "lens tilted",
+            "f_number = 2.8\nextension_mm = 178.0\nfront = { tilt_deg = 12.0, swing_deg = -5.0 }",
+        ),
+        ("film tilted", "f_number = 4.0\nextension_mm = 178.0\nrear = { tilt_deg = -20.0, rise_mm = 20.0 }"),
+    ];
+    for (name, keys) in views {
+        for (what, count, size, near) in
+            [("large", 40, 0.5, false), ("near", 60, 0.3, true), ("small", 300, 0.05, false)]
+        {
+            let scene = scene(keys, 96, &triangles(count, size, near))?;
+            for samples in [1, 3, 7, 16, 40] {
+                let (met, _) =
+                    compare(&format!("{name}, {what}"), &scene, samples, &[(0, 0), (1, 1), (2, 2)])?;
+                assert!(met > 1000, "{name}, {what}, N = {samples}: only {met} samples see anything");
+            }
+        }
+    }
+    // Regions of the lens; triangles that few lens points see; triangles between the samples.
+    let regions = scene(views[3].1, 64, &triangles(60, 0.1, false))?;
+    assert!(compare("regions of the lens", &regions, 256, &[(0, 1)])?.0 > 1000);
+    let loose = scene(blurred, 800, &triangles(3000, 0.003, false))?;
+    let (met, sifted) = compare("loose", &loose, 16, &[(10, 10), (13, 8)])?;
+    assert!(met > 1000 && sifted > 0, "{met} {sifted}");
+    let crowd = scene(views[1].1, 32, &triangles(40_000, 0.004, false))?;
+    let (met, sifted) = compare("crowd", &crowd, 2, &[(0, 0)])?;
+    assert!(met > 1000 && sifted > 0, "{met} {sifted}");
+    Ok(())
+}
