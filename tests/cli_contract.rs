@@ -181,7 +181,8 @@ fn render_writes_the_contracts_numbers() {
     {
         shape.push((key, Of("n")));
     }
-    let stages = ["transform", "bin", "setup", "coverage", "group", "shading", "resolve"];
+    let stages =
+        ["plan", "transform", "bin", "prepare", "setup", "coverage", "group", "shading", "resolve", "rounds"];
     shape.push(("stages", Table(stages.map(|stage| (stage, Of("n"))).into())));
     shape.push(("simd", Of("s")));
     shape.push(("allocation", Of("s")));

@@ -62,7 +62,7 @@ impl<'a> Picture<'a> {
         execution: &Execution<'_>,
         counts: Counts,
     ) -> Result<(Exposure, Counts)> {
-        let mut progressive = Progressive::new(self, counts)?;
+        let mut progressive = Progressive::new(self, execution, counts)?;
         progressive.until_error(error, execution)?;
         progressive.finish(execution)
     }
@@ -75,7 +75,7 @@ impl<'a> Picture<'a> {
         execution: &Execution<'_>,
         counts: Counts,
     ) -> Result<Timed> {
-        let mut progressive = Progressive::new(self, counts)?;
+        let mut progressive = Progressive::new(self, execution, counts)?;
         match progressive.until_clock(start, end, execution)? {
             Some(samples) => Ok(Timed::TooShort(samples)),
             None => progressive.finish(execution).map(|done| Timed::Done(Box::new(done))),
@@ -89,7 +89,7 @@ impl<'a> Picture<'a> {
         execution: &Execution<'_>,
         counts: Counts,
     ) -> Result<(Exposure, Counts)> {
-        let mut progressive = Progressive::new(self, counts)?;
+        let mut progressive = Progressive::new(self, execution, counts)?;
         let wanted = progressive.by_block(|x, y| samples.get(x, y));
         let (width, height) = samples.size();
         progressive.samples = BlockSamples::new(width, height, samples.base());

@@ -107,10 +107,11 @@ impl<'a> Picture<'a> {
         let optics = &scene.optics;
         let surfaces = &scene.surfaces;
         let frame = LensFrame::new(optics);
+        watch.lap(&mut stages.transform);
         let Decision { active, left_out } = RenderPlan::decide(scene);
+        watch.lap(&mut stages.plan);
         let radius = if active.has(EffectName::Defocus) { optics.aperture_radius() } else { 0.0 };
         let mut view = frame.view(scene, radius);
-        watch.lap(&mut stages.transform);
         let has_shape = active.has(EffectName::ApertureShape);
         let shape = if has_shape { scene.aperture_shape() } else { ApertureShape::Disk };
         let seed = scene.render.seed;
@@ -159,6 +160,7 @@ impl<'a> Picture<'a> {
         let disks = diffraction.as_ref().map(|diffraction| diffraction.disks(&view));
         let disks = disks.as_ref().map_or(&ONE_PLACE[..], |disks| &disks[..]);
         let highlights = Highlights::new(scene, (&view, &shape), positions, (streams, gain), disks, level);
+        watch.lap(&mut stages.prepare);
         Ok(Self {
             surfaces,
             points: Points { set: scene.render.points, shape, seed },

@@ -11,6 +11,7 @@ use super::edges;
 use super::kept::{self, AREA, Blocks, Half, Kept, Odd};
 use super::picture::Picture;
 use super::resolve::{BLOCKS, Sum, block_place};
+use super::stages::Stopwatch;
 use super::tile_round::{Drawn, TileRound};
 use super::uniform::zeroed;
 use super::{Counts, Execution, cancelled, stopped};
@@ -58,10 +59,13 @@ pub(super) struct Progressive<'a> {
     /// What a sample takes in each tile, as its first run found: see [`allocate::cost`].
     costs: Vec<f64>,
     pub counts: Counts,
+    /// Runs while no tiles are drawn.
+    pub watch: Stopwatch<'a>,
 }
 
 impl<'a> Progressive<'a> {
-    pub(super) fn new(picture: &'a Picture<'a>, counts: Counts) -> Result<Self> {
+    pub(super) fn new(picture: &'a Picture<'a>, execution: &Execution<'a>, counts: Counts) -> Result<Self> {
+        let watch = Stopwatch::start(execution.clock);
         let samples = BlockSamples::new(picture.view.width, picture.view.height, FIRST_RUN);
         let tiles = picture.tiles();
         let (even, odd) = (zeroed(tiles)?, vec![Odd::new(); tiles]);
@@ -84,6 +88,7 @@ impl<'a> Progressive<'a> {
             stale,
             costs,
             counts,
+            watch,
         })
     }
 
@@ -185,6 +190,7 @@ impl<'a> Progressive<'a> {
         let finished = AtomicUsize::new(0);
         let tiles = self.picture.tiles();
         let stop = || cancelled(execution) || late();
+        self.watch.lap(&mut self.counts.stages.rounds);
         let each =
             |scratch: &mut TileScratch, sums: &mut [Sum], tile, (even, odd): Kept<'_>, apart: &mut Blocks| {
                 let mut round = TileRound::new(
@@ -236,6 +242,7 @@ impl<'a> Progressive<'a> {
                 },
             )
             .collect();
+        self.watch.skip();
         if cancelled(execution) {
             return Err(stopped());
         }

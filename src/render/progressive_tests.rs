@@ -36,7 +36,7 @@ fn blocks_that_go_on_after_all_are_as_if_drawn_at_once() -> Result<()> {
         // Goes on nowhere.
         let tile = TileBlocks::new(vec![Block { pixels: 64, samples: 16, error: 1.0, cost: 1.0 }], 1);
         let forecast = Forecast::new(&[tile], Goal::Error(1e9), 1.5, 1024);
-        let mut progressive = Progressive::new(picture, counts)?;
+        let mut progressive = Progressive::new(picture, &execution, counts)?;
         progressive.first_round(&forecast, &execution)?;
         assert!(progressive.apart.iter().all(|&apart| apart == 0));
         let some = |times: u32| move |x: u32, y: u32| if (x + 3 * y) % times == 1 { 64 } else { 16 };
