@@ -2,8 +2,10 @@
 //! triangles, and the tower's 47 thousand.
 //!
 //! Stages are not seen from outside; they are timed as `render --stats` does it, by the clock that is lent to
-//! [`render`]: what criterion is told are the times that they took of a dozen whole pictures, over and over. Each has its
-//! own unit: vertices, triangles, pairs of triangle and tile, samples, groups of samples or pixels a second.
+//! [`render`]: what criterion is told are the times that they took of a dozen whole pictures, over and over, so its
+//! statistics are those of twelve numbers. (Timed anew each time, a stage that is a hundredth of a picture would take a hundred
+//! times as long to bench.) Each has its own unit: vertices, triangles, entries of bins, samples, groups of samples or pixels
+//! a second.
 //!
 //! `cargo bench --bench render -- --quick`
 
@@ -94,7 +96,7 @@ fn stages(c: &mut Criterion) {
     let stages: [(&str, Stage, u64); 7] = [
         ("transform, vertices", |s| s.transform, vertices),
         ("bin, triangles", |s| s.bin, triangles),
-        ("set-up, triangles by tile", |s| s.setup, counts.bin_entries as u64),
+        ("set-up, bin entries", |s| s.setup, counts.bin_entries as u64),
         ("coverage, samples", |s| s.coverage, counts.samples),
         ("group, samples", |s| s.group, counts.samples),
         ("shading, requests", |s| s.shading, counts.shading_requests),

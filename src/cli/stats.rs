@@ -22,7 +22,7 @@ pub(super) struct Stats {
     pub(super) triangles: usize,
     /// What these make up: triangles that continue one another's plane and texture are one surface.
     pub(super) surfaces: usize,
-    /// (triangle, tile) pairs.
+    /// A triangle and a tile, or a square of tiles, each.
     pub(super) bin_entries: usize,
     pub(super) samples: u64,
     /// Groups of samples that were shaded together.

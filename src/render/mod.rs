@@ -83,11 +83,11 @@ pub struct Counts {
     pub triangles: usize,
     /// Surfaces that these make up: triangles that continue one another's plane and texture are one.
     pub surfaces: usize,
-    /// (triangle, tile) pairs after binning.
+    /// Entries of the bins: one for each triangle and tile that it may touch or, where these are many, square of tiles.
     pub bin_entries: usize,
-    /// Samples taken.
+    /// Samples that the picture is made of; what was drawn for a forecast and drawn again is not among them.
     pub samples: u64,
-    /// Groups of samples of a pixel that were shaded together.
+    /// Groups of samples of a pixel that were shaded together, of all that was drawn; each by itself where none share.
     pub shading_requests: u64,
     /// Blocks of 8 x 8 pixels whose samples may have missed a small bright light; their part of the stated error is what
     /// such a light may add.
