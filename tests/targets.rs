@@ -326,6 +326,13 @@ fn on_the_command_line() {
     std::fs::rename(folder.join("s.json"), folder.join("timed.json")).unwrap();
     run(folder, &words(&["-o", "c.png", "--replay", "timed.json"])).expect(0, &[]);
     assert!(std::fs::read(folder.join("b.png")).unwrap() == std::fs::read(folder.join("c.png")).unwrap());
+    // From another version the same bytes are not promised.
+    let old = std::fs::read_to_string(folder.join("timed.json")).unwrap();
+    std::fs::write(folder.join("old.json"), old.replace(env!("CARGO_PKG_VERSION"), "0.0.1")).unwrap();
+    run(folder, &words(&["-o", "c.png", "--replay", "old.json"]))
+        .expect(0, &["old.json", "groundglass 0.0.1"]);
+    let told = run(folder, &words(&["-o", "c.png", "--replay", "timed.json"]));
+    assert!(!told.err.contains("version"), "{}", told.err);
     // What effects it has, by flags or by the error, needs not be said again.
     let flags = ["-o", "f.png", "--without", "defocus", "--all-effects", "--max-error", "0.004"];
     run(folder, &words(&flags)).expect(0, &[]);

@@ -43,7 +43,8 @@ pub(super) struct Arguments {
     /// Number of threads; all cores by default. The picture does not depend on it
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
-    /// Vector instructions to use, to compare; the widest by default. The picture does not depend on it
+    /// Vector instructions to use, to compare: scalar, sse4.2, avx2, avx512, neon or simd128, as far as the machine has them; the
+    /// widest by default. The picture does not depend on it
     #[arg(long, value_name = "LEVEL")]
     pub(super) simd: Option<Simd>,
     /// Write numbers about the run (JSON)
@@ -153,6 +154,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     report::warnings(&scene.warnings);
     report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
     report::warnings(&optics_words::scene_warnings(&scene, &input.name()));
+    report::warnings(&replayed.as_ref().and_then(Replay::warning).into_iter().collect::<Vec<_>>());
     let allocation = replayed.map(|replay| replay.allocation(&scene)).transpose()?;
     let mut read = input.read_paths();
     read.extend(arguments.replay.clone());

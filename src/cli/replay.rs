@@ -3,7 +3,7 @@
 use super::effects::EffectArguments;
 use super::input;
 use super::stats::Asked;
-use groundglass::error::{Error, ErrorKind, Result};
+use groundglass::error::{Error, ErrorKind, Result, Warning};
 use groundglass::picture::Allocation;
 use groundglass::scene::{Budget, EffectName, Scene, Source};
 use serde::Deserialize;
@@ -19,6 +19,8 @@ pub(super) struct Replay {
     height: u32,
     allocation: String,
     scene_hash: String,
+    #[serde(default)]
+    version: String,
     /// By default what runs of earlier versions were asked for, which did not tell.
     #[serde(default)]
     asked: Asked,
@@ -68,6 +70,21 @@ impl Replay {
                 .remedy("leave out the flags of effects: a replay takes them from the file"));
         }
         Ok(asked)
+    }
+
+    /// What the user is told where another version made the picture: no two need draw the same bytes.
+    pub(super) fn warning(&self) -> Option<Warning> {
+        let ours = env!("CARGO_PKG_VERSION");
+        (self.version != ours).then(|| {
+            let theirs = if self.version.is_empty() { "another version" } else { &self.version };
+            Warning {
+                file: self.name.clone(),
+                line: None,
+                message: format!(
+                    "the picture is of groundglass {theirs}, and this is {ours}: the same bytes are certain only from the same version"
+                ),
+            }
+        })
     }
 
     /// The samples of the picture that it tells of, if that is of this scene.
