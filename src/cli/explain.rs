@@ -5,6 +5,7 @@
 
 use super::effects::EffectArguments;
 use super::input::{self, MemoryArguments, SceneArguments};
+use super::progress::Progress;
 use super::stats::{self, median};
 use super::values::{Pixels, Positive};
 use super::{interrupt, optics_words, report};
@@ -97,7 +98,9 @@ fn explain(scene: &Scene, execution: Execution<'_>) -> Result<Explanation> {
     let can_render = !scene.optics.film_reaches_aperture();
     let base = if can_render { Some(Probe::new(&small, plan.active(), execution)?) } else { None };
     let mut effects = Vec::new();
+    let progress = Progress::with_lines();
     for (name, effect) in EffectName::ALL.into_iter().zip(plan.effects()) {
+        progress.tell("measuring", effects.len() as u64, plan.effects().len() as u64);
         let measured = match (&base, other(&small, plan.active(), name)) {
             _ if is_absent(&plan, scene, name) => Some((0.0, [0.0; 2])),
             (Some(base), Some((small, active))) => {
@@ -124,6 +127,7 @@ fn explain(scene: &Scene, execution: Execution<'_>) -> Result<Explanation> {
             change_rms_at_most: measured.map(|(_, [_, most])| most),
         });
     }
+    progress.finish();
     Ok(Explanation {
         tolerance_rms: plan.tolerance(),
         effects,
