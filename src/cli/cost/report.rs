@@ -178,6 +178,10 @@ fn chart(study: &Study<'_>, stem: &str) -> String {
         machine(study)
     );
     let mut series = |name: &str, rows: &[&Measured], error: &dyn Fn(&Measured) -> f64, more: &str| {
+        // A line goes from less time to more, whatever the samples.
+        let mut rows = rows.to_vec();
+        rows.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+        let rows = rows.as_slice();
         if !rows.is_empty() {
             let _ = write!(
                 text,

@@ -4,7 +4,7 @@ use super::super::output;
 use super::super::progress::Progress;
 use super::super::report;
 use super::super::stats::median;
-use super::ways::{Setting, Step, UNIFORM, draw, ladder};
+use super::ways::{Setting, Step, UNIFORM, draw, ladder, turn};
 use exr::prelude::{ReadChannels, ReadLayers};
 use groundglass::error::{Error, ErrorKind, Result, Warning};
 use groundglass::picture::{Allocation, Exposure};
@@ -126,7 +126,11 @@ impl<'a> Study<'a> {
 
     /// Measures what is not measured yet.
     pub(super) fn measure(&mut self, cancel: &AtomicBool) -> Result<()> {
-        let steps = ladder(self.scene, self.table.quick);
+        let told = ladder(self.scene, self.table.quick);
+        let mut steps = told.clone();
+        if self.table.quick {
+            steps.sort_by_key(turn);
+        }
         let progress = Progress::with_lines();
         let begun = Instant::now();
         // What is left, in samples that take as long as those of the converged picture.
@@ -145,12 +149,12 @@ impl<'a> Study<'a> {
             None => {
                 let ladder: f64 = left.iter().sum();
                 let samples = f64::from(self.table.converged_samples);
-                let told = |tile: usize, tiles: usize| {
+                let each = |tile: usize, tiles: usize| {
                     let part = tile as f64 / tiles.max(1) as f64;
                     let rate = begun.elapsed().as_secs_f64() / (part * samples).max(1.0);
                     tell("converging", rate, (1.0 - part) * samples + ladder);
                 };
-                let converged = self.converge(Execution { progress: Some(&told), ..self.execution(cancel) });
+                let converged = self.converge(Execution { progress: Some(&each), ..self.execution(cancel) });
                 let truth = converged.map_err(|error| {
                     stopped(error, "nothing was measured yet: the converged picture comes first")
                 })?;
@@ -180,6 +184,10 @@ impl<'a> Study<'a> {
                     }
                 }
                 self.table.measured.push(measured);
+                let place = |row: &Measured| {
+                    told.iter().position(|step| step.way == row.way && step.setting.name() == row.setting)
+                };
+                self.table.measured.sort_by_key(place);
                 self.save()?;
             }
             if let Some(left) = left.get_mut(i) {

@@ -44,7 +44,20 @@ pub(super) const ADAPTIVE: &str = "adaptive";
 const UNSHARED: &str = "unshared shading";
 pub(super) const APPROXIMATION: &str = "pinhole and blur";
 
-/// All steps, in the order in which they are measured.
+/// In which turn a quick study, which may not come to all of them, measures a step: first what its words are made of, then each
+/// way once, then the rest of the ladder, and at last what takes long.
+pub(super) fn turn(step: &Step) -> u32 {
+    let is_ladder = step.way == UNIFORM || step.way == ADAPTIVE;
+    match step.setting {
+        Setting::Samples(16 | 64) | Setting::ErrorOf(16 | 64) if is_ladder => 0,
+        Setting::Approximation(_) => 1,
+        Setting::Samples(64) => 2,
+        Setting::Samples(_) | Setting::ErrorOf(_) => 3,
+        Setting::Double(_) => 4,
+    }
+}
+
+/// All steps, in the order in which they are told and, where all are, measured.
 pub(super) fn ladder(scene: &Scene, quick: bool) -> Vec<Step> {
     let counts: &[u32] = if quick { &[4, 16, 64, 256] } else { &[4, 16, 64, 256, 1024] };
     let few: &[u32] = if quick { &[16, 64] } else { &[16, 64, 256] };
