@@ -5,16 +5,17 @@
 //! [`super::diffraction`], `raster::tile` for each batch, `raster::group` for up to four at once, [`super::looks`], and
 //! `shade::run` or `shade::shadowed`. The callers are [`super::uniform`] and [`super::tile_round`].
 
+use super::border::{lanes_inside, regions_inside};
 use super::looks::Looks;
 use super::pattern::{Splits, pattern};
 use super::picture::Picture;
 use super::resolve::Sum;
 use super::stages::{Stages, Stopwatch};
 use crate::raster::film::TileFilm;
-use crate::raster::group::{Group, Groups};
+use crate::raster::group::Groups;
 use crate::raster::tile::{Geometry, Part};
 use crate::raster::view::{Batch, Pattern, from_center};
-use crate::raster::visibility::{EVERYWHERE, REGION};
+use crate::raster::visibility::REGION;
 use crate::raster::{self, BATCHES, LANES, TILE};
 use crate::sampling;
 use crate::sampling::runs::Run;
@@ -32,8 +33,9 @@ pub(super) struct TileScratch {
     look_ups: LookUps,
     /// What stood before the sun last.
     last: u32,
-    /// The sums with the step that is being drawn, as registers hold them.
+    /// The sums with the step that is being drawn, as registers hold them; and those of samples that look by themselves.
     sums: Vec<[Vec4; 2]>,
+    beside: Vec<[Vec4; 2]>,
 }
 
 /// What came of one tile beside its sums.
@@ -64,6 +66,18 @@ pub(super) struct Work<'a> {
     pub is_set_up: bool,
     /// Samples share no look-up.
     pub alone: bool,
+}
+
+/// The sums of a tile and, where these are asked for besides, of the same samples without shared look-ups.
+pub(super) struct TileSums<'a> {
+    pub sums: &'a mut [Sum],
+    pub beside: Option<&'a mut [Sum]>,
+}
+
+impl<'a> From<&'a mut [Sum]> for TileSums<'a> {
+    fn from(sums: &'a mut [Sum]) -> Self {
+        Self { sums, beside: None }
+    }
 }
 
 /// Samples of a batch in a region of 4 x 4 pixels.
@@ -110,12 +124,13 @@ impl Picture<'_> {
         scratch: &mut TileScratch,
         tile: (u32, u32),
         Work { steps, is_set_up, alone }: Work<'_>,
-        sums: &mut [Sum],
+        TileSums { sums, mut beside }: TileSums<'_>,
         mut watch: Stopwatch<'_>,
         stop: &dyn Fn() -> bool,
     ) -> (Tally, usize) {
         let mut tally = Tally::default();
-        let TileScratch { raster, groups, looks, look_ups, last, sums: drawn } = scratch;
+        let TileScratch { raster, groups, looks, look_ups, last, sums: drawn, beside: drawn_beside } =
+            scratch;
         let geometry = Geometry {
             view: &self.view,
             bins: &self.bins,
@@ -141,14 +156,10 @@ impl Picture<'_> {
         // What earlier steps drew is still there.
         let mut held = 0;
         for (done, step) in steps.iter().enumerate() {
-            drawn.resize(sums.len(), [Vec4::ZERO; 2]);
-            each_wanted(step.wanted & !held, sums, drawn, |sums, drawn| {
-                *drawn = if step.run.first == 0 {
-                    [Vec4::ZERO; 2]
-                } else {
-                    sums.map(|[r, g, b]| Vec4::new(r, g, b, 0.0))
-                };
-            });
+            take_up(step, held, sums, drawn);
+            if let Some(beside) = &mut beside {
+                take_up(step, held, beside, drawn_beside);
+            }
             held |= step.wanted;
             let mut pattern =
                 pattern(&self.points, tile, self.streams, step.run, step.splits, &|| self.stopped());
@@ -222,21 +233,34 @@ impl Picture<'_> {
                 });
                 let looks = looks.get_mut();
                 self.make_looks(&film, raster.surfaces(), groups.runs().map(|run| run[0].id), looks);
-                for run in groups.runs() {
-                    let look = looks.get(run[0].id);
-                    tally.requests += run.len() as u64;
-                    match (look, &sun) {
-                        (Some(look), Some(sun)) => {
-                            self.shader.shade_shadowed(self.level, look, (&samples, sun), run, last, drawn);
+                let mut shade = |samples: &Samples<'_>, drawn: &mut [[Vec4; 2]]| {
+                    for run in groups.runs() {
+                        match (looks.get(run[0].id), &sun) {
+                            (Some(look), Some(sun)) => {
+                                self.shader.shade_shadowed(
+                                    self.level,
+                                    look,
+                                    (samples, sun),
+                                    run,
+                                    last,
+                                    drawn,
+                                );
+                            }
+                            (look, _) => self.shader.shade(self.level, look, samples, run, look_ups, drawn),
                         }
-                        (look, _) => self.shader.shade(self.level, look, &samples, run, look_ups, drawn),
                     }
+                };
+                shade(&samples, drawn);
+                if beside.is_some() {
+                    shade(&Samples { alone: true, ..samples }, drawn_beside);
                 }
+                tally.requests += groups.runs().map(|run| run.len() as u64).sum::<u64>();
                 watch.lap(&mut tally.stages.shading);
             }
-            each_wanted(step.wanted, sums, drawn, |sums, drawn| {
-                *sums = drawn.map(|half| half.truncate().to_array())
-            });
+            put_down(step, sums, drawn);
+            if let Some(beside) = &mut beside {
+                put_down(step, beside, drawn_beside);
+            }
         }
         (tally, steps.len())
     }
@@ -269,26 +293,20 @@ impl Picture<'_> {
     }
 }
 
-/// The regions of 4 x 4 blocks of `block` pixels that have pixels in the picture, of a tile of which it has so many columns and rows.
-fn regions_inside([width, height]: [u32; 2], block: (u32, u32)) -> u64 {
-    if [width, height] == [TILE; 2] {
-        return EVERYWHERE;
-    }
-    let across = width.div_ceil(block.0 * REGION as u32);
-    let row = EVERYWHERE >> (64 - across);
-    (0..height.div_ceil(block.1 * REGION as u32)).fold(0, |sum, y| sum | row << (8 * y))
+/// Makes `drawn` the sums that a step goes on from, except where earlier steps drew.
+fn take_up(step: &Step, held: u64, sums: &mut [Sum], drawn: &mut Vec<[Vec4; 2]>) {
+    drawn.resize(sums.len(), [Vec4::ZERO; 2]);
+    each_wanted(step.wanted & !held, sums, drawn, |sums, drawn| {
+        *drawn =
+            if step.run.first == 0 { [Vec4::ZERO; 2] } else { sums.map(|[r, g, b]| Vec4::new(r, g, b, 0.0)) };
+    });
 }
 
-/// The lanes of a group that lie in the picture, of a tile of which it has so many columns and rows.
-fn lanes_inside([width, height]: [u32; 2], pattern: &Pattern, batches: &[Batch], group: &Group) -> u64 {
-    let corner = pattern.corner(u32::from(group.block));
-    let is_inside = |lane: &usize| {
-        let batch = &batches[lane / LANES % batches.len()];
-        let (x, y) = pattern.pixel(corner, batch, *lane);
-        x < width && y < height
-    };
-    let lanes = (0..batches.len() * LANES).filter(|lane| group.lanes >> lane & 1 == 1);
-    lanes.filter(is_inside).fold(0, |sum, lane| sum | 1 << lane)
+/// Makes what a step drew the sums.
+fn put_down(step: &Step, sums: &mut [Sum], drawn: &mut [[Vec4; 2]]) {
+    each_wanted(step.wanted, sums, drawn, |sums, drawn| {
+        *sums = drawn.map(|half| half.truncate().to_array());
+    });
 }
 
 /// Does something with each pixel's sums in the regions of 4 x 4 pixels that are `wanted`.

@@ -5,7 +5,8 @@
 //! * `frame`, `picture`: the camera and the vertices in the lens frame, and triangles into bins (`raster::bin`).
 //! * `pattern`, `diffraction`: the samples of a tile, in batches of 16.
 //! * `sharing`: whether samples share look-ups where a texture is smooth.
-//! * `draw`: a tile, batch by batch: what is seen (`raster::tile`), surfaces (`looks`), their light (`shade`), into the sums.
+//! * `draw`: a tile, batch by batch: what is seen (`raster::tile`), surfaces (`looks`), their light (`shade`), into the sums; of a
+//!   tile at the `border` only what is in the picture.
 //! * `resolve`: from sums to means; and their errors, by `differences`, `clipped`, `highlights` (with `spread`) and `edges`.
 //! * `uniform`: all tiles with the same number of samples. Or `adaptive`, in rounds: `pilot`, `base` and `allocate` say how many
 //!   samples go where, `progressive` draws a round, `tile_round` one tile in it, `kept` holds the sums from round to round, and
@@ -15,6 +16,7 @@
 mod adaptive;
 mod allocate;
 mod base;
+mod border;
 mod clipped;
 mod differences;
 mod diffraction;
@@ -197,7 +199,7 @@ fn draw<T: Send>(
             return Err(stopped());
         }
         room.check_tiles(&picture.bins)?;
-        picture.alone = picture.shows_sharing(sequence, execution, &mut counts.stages);
+        (picture.alone, picture.drawn) = picture.shows_sharing(sequence, execution, &mut counts.stages);
         make(&picture, counts)
     })?
 }

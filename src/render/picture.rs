@@ -10,6 +10,7 @@ use super::draw::TileScratch;
 use super::frame::LensFrame;
 use super::highlights::Highlights;
 use super::pattern::{Points, Splits};
+use super::sharing::Drawn;
 use super::stages::{Stages, Stopwatch};
 use crate::error::{Error, Result};
 use crate::plan::{Decision, RenderPlan};
@@ -54,6 +55,8 @@ pub(super) struct Picture<'a> {
     pub(super) shared: bool,
     /// Each looks into textures by itself all the same ([`super::sharing`]).
     pub(super) alone: bool,
+    /// Tiles that were drawn to find out.
+    pub(super) drawn: Vec<Drawn>,
     /// Surfaces are patches, not triangles.
     pub(super) alike: bool,
     pub(super) surface_count: usize,
@@ -167,6 +170,7 @@ impl<'a> Picture<'a> {
             gain,
             shared,
             alone: false,
+            drawn: Vec::new(),
             alike,
             left_out,
             surface_count: if alike && !surfaces.patches.of.is_empty() {

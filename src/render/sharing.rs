@@ -7,12 +7,13 @@
 //! by themselves. What is found goes by the scene and the number of samples alone.
 
 use super::Execution;
-use super::draw::{Step, Work};
+use super::draw::{Step, Tally, TileSums, Work};
+use super::kept::AREA;
 use super::pattern::Splits;
 use super::picture::{Picture, Sequence};
 use super::resolve::Sum;
 use super::stages::{Stages, Stopwatch};
-use crate::raster::TILE;
+use crate::raster::visibility::EVERYWHERE;
 use crate::sampling::runs::{FIRST_RUN, Run};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -23,7 +24,7 @@ const ONE_IN: usize = 160;
 const LEAST: usize = 8;
 const MOST: usize = 16;
 
-/// Every other square of 4 x 4 pixels of a tile.
+/// Of what is drawn for the answer alone, every other square of 4 x 4 pixels of a tile.
 const SOME: u64 = 0xaa55_aa55_aa55_aa55;
 
 /// How many times the change the noise has to be: three is the bound, and few tiles do not tell all. (All tiles of the city: 13 to 56.)
@@ -33,55 +34,68 @@ const TIMES: f64 = 5.0;
 /// to 4.2 times as far as the change, that of smooth walls farther, which are quiet from the start.
 const TIMES_IN_RUNS: f64 = 15.0;
 
+/// A tile of a picture, drawn before it is asked for.
+pub(super) struct Drawn {
+    pub tile: usize,
+    pub sums: Vec<Sum>,
+    pub tally: Tally,
+}
+
 impl Picture<'_> {
-    /// Whether samples are to look by themselves, since sharing would show.
+    /// Whether samples are to look by themselves, since sharing would show. Where all pixels get the same number of samples, what
+    /// was drawn to find out is of the picture.
     pub(super) fn shows_sharing(
         &self,
         sequence: Sequence,
         execution: &Execution<'_>,
         stages: &mut Stages,
-    ) -> bool {
+    ) -> (bool, Vec<Drawn>) {
         let mut maps = self.surfaces.materials.iter().filter_map(|material| material.diffuse_map.as_ref());
         if !self.shared || maps.all(|map| map.smooth.is_empty()) {
-            return false;
+            return (false, Vec::new());
         }
-        let (samples, steps, times) = match sequence {
+        let (samples, wanted, steps, times) = match sequence {
             Sequence::Uniform(samples) => {
-                (samples, Splits::steps(samples, self.diffraction.is_some()), TIMES)
+                (samples, EVERYWHERE, Splits::steps(samples, self.diffraction.is_some()), TIMES)
             }
             Sequence::Runs => {
                 let first = Run { first: 0, count: FIRST_RUN };
-                (FIRST_RUN, vec![(first, Splits::new(FIRST_RUN))], TIMES_IN_RUNS)
+                (FIRST_RUN, SOME, vec![(first, Splits::new(FIRST_RUN))], TIMES_IN_RUNS)
             }
         };
-        let steps: Vec<_> =
-            steps.into_iter().map(|(run, splits)| Step { run, splits, wanted: SOME }).collect();
+        let steps: Vec<_> = steps.into_iter().map(|(run, splits)| Step { run, splits, wanted }).collect();
+        let work = Work { steps: &steps, is_set_up: false, alone: false };
         let asked = (self.tiles() / ONE_IN).clamp(LEAST, MOST).min(self.tiles());
-        let found: Vec<_> = (0..asked)
+        let mut found: Vec<(Drawn, Vec<Sum>, usize)> = (0..asked)
             .into_par_iter()
             .with_max_len(1)
             .map_init(
                 || self.scratch(),
                 |scratch, at| {
-                    let tile = self.place((2 * at + 1) * self.tiles() / (2 * asked));
-                    let mut times = Stages::default();
-                    let mut draw = |alone: bool| {
-                        let mut sums = vec![Sum::default(); (TILE * TILE) as usize];
-                        let watch = Stopwatch::start(execution.clock);
-                        let work = Work { steps: &steps, is_set_up: alone, alone };
-                        let (tally, _) =
-                            self.draw_tile(scratch.get(), tile, work, &mut sums, watch, &|| self.stopped());
-                        times.add(&tally.stages);
-                        sums
-                    };
-                    let [shared, alone] = [false, true].map(&mut draw);
-                    (noise_and_change(&alone, &shared, samples), times)
+                    let tile = (2 * at + 1) * self.tiles() / (2 * asked);
+                    let [mut sums, mut alone] = [(); 2].map(|()| vec![Sum::default(); AREA]);
+                    let both = TileSums { sums: &mut sums, beside: Some(&mut alone) };
+                    let watch = Stopwatch::start(execution.clock);
+                    let stop = || self.stopped();
+                    let (tally, done) =
+                        self.draw_tile(scratch.get(), self.place(tile), work, both, watch, &stop);
+                    (Drawn { tile, sums, tally }, alone, done)
                 },
             )
             .collect();
-        found.iter().for_each(|(_, times)| stages.add(times));
-        let [noise, change] = [0, 1].map(|i| found.iter().map(|(found, _)| found[i]).sum::<f64>());
-        noise < times * times * change
+        let mut sum = [0.0; 2];
+        for (drawn, alone, _) in &mut found {
+            stages.add(&std::mem::take(&mut drawn.tally.stages));
+            let of_tile = noise_and_change(alone, &drawn.sums, samples);
+            sum = [0, 1].map(|i| sum[i] + of_tile[i]);
+        }
+        let [noise, change] = sum;
+        let shows = noise < times * times * change;
+        let is_done = |done: usize| matches!(sequence, Sequence::Uniform(_)) && done == steps.len();
+        let as_it_is_to_be = |(drawn, alone, done): (Drawn, Vec<Sum>, usize)| {
+            is_done(done).then_some(if shows { Drawn { sums: alone, ..drawn } } else { drawn })
+        };
+        (shows, found.into_iter().filter_map(as_it_is_to_be).collect())
     }
 }
 

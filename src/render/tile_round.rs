@@ -6,7 +6,7 @@
 
 use super::Execution;
 use super::allocate::{Block, Forecast, TileBlocks, cost};
-use super::draw::{Step, Tally, TileScratch, Work};
+use super::draw::{Step, Tally, TileScratch, TileSums, Work};
 use super::kept::{self, Blocks, Half, Odd};
 use super::pattern::Splits;
 use super::picture::Picture;
@@ -217,7 +217,7 @@ impl<'a> TileRound<'a> {
             self.scratch,
             self.tile,
             Work { steps: &steps, is_set_up, alone: picture.alone },
-            self.sums,
+            TileSums::from(&mut *self.sums),
             watch,
             self.stop,
         );

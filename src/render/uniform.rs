@@ -4,7 +4,7 @@
 //! `sqrt(sum of squared errors / (3 width height))`. Each tile goes through [`super::draw`], [`super::resolve`] and
 //! [`super::highlights`].
 
-use super::draw::{Borrowed, Step, TILES_AT_ONCE, Work};
+use super::draw::{Borrowed, Step, TILES_AT_ONCE, TileSums, Work};
 use super::pattern::Splits;
 use super::picture::Picture;
 use super::resolve::{Sum, means_of};
@@ -45,7 +45,16 @@ impl Picture<'_> {
                 return Default::default();
             }
             let watch = Stopwatch::start(execution.clock);
-            let (mut tally, done) = self.draw_tile(scratch.get(), self.place(tile), work, sums, watch, &stop);
+            let (mut tally, done) = match self.drawn.iter().find(|drawn| drawn.tile == tile) {
+                Some(drawn) => {
+                    sums.copy_from_slice(&drawn.sums);
+                    (drawn.tally, steps.len())
+                }
+                None => {
+                    let sums = TileSums::from(&mut sums[..]);
+                    self.draw_tile(scratch.get(), self.place(tile), work, sums, watch, &stop)
+                }
+            };
             let mut watch = Stopwatch::start(execution.clock);
             let squared = if done < steps.len() {
                 0.0
