@@ -13,7 +13,7 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
     let material = |i: usize| &scene.surfaces.materials[i];
     let in_view = count(&|i| seen.materials[i]);
     let materials = |found: usize, what: &str| {
-        (asked, found > 0, format!("{found} of {in_view} materials in view have {what}, threshold 1"))
+        (asked, found > 0, format!("{what} in {found} of {in_view} materials in view, threshold 1"))
     };
     // What the sun's light goes through may lie out of view.
     let casts = seen.triangles > 0
