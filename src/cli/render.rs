@@ -310,7 +310,7 @@ fn beyond_reach(file: &str, wanted: f64, reached: f64) -> Warning {
         line: None,
         message: format!(
             "an error of {wanted} was asked for and {reached:.2e} is reached with up to {MOST_FOR_ERROR} samples a pixel, the most \
-             on the way to an error: it would take {take} samples a pixel; ask for a larger --max-error{more}"
+             that --max-error takes: it would take {take} samples a pixel; ask for a larger --max-error{more}"
         ),
     }
 }
@@ -322,6 +322,7 @@ fn summary(path: &Path, stats: &Stats) -> String {
         None => "one sample a pixel: its error is unknown".to_owned(),
     };
     let samples = match stats.samples_per_pixel {
+        Samples { min: 1, max: 1, .. } => "1 sample each".to_owned(),
         Samples { min, max, .. } if min == max => format!("{max} samples each"),
         Samples { mean, min, max } => format!("{mean:.0} samples on average ({min} to {max})"),
     };
