@@ -111,3 +111,59 @@ fn noise_and_change(alone: &[Sum], shared: &[Sum], samples: u32) -> [f64; 2] {
     }
     [noise, change]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Result;
+    use crate::render::draw;
+    use crate::scene::{LoadSettings, Memory, parse};
+    use image::{DynamicImage, ImageFormat, Luma};
+    use std::io::Cursor;
+    use std::path::Path;
+
+    /// A wall of so many metres, a metre before the camera, on which a texture rises in steps of 8 bits.
+    fn wall(size: f64) -> Result<crate::scene::Scene> {
+        let rising = image::ImageBuffer::from_fn(256, 256, |x, y| Luma([60 + (x / 4 + y / 8) as u8]));
+        let mut png = Cursor::new(Vec::new());
+        DynamicImage::from(rising).write_to(&mut png, ImageFormat::Png).expect("a PNG");
+        let half = 0.5 * size;
+        let mesh = format!(
+            "mtllib a.mtl\nusemtl a\nv -{half} -{half} 0\nv {half} -{half} 0\nv {half} {half} 0\nv -{half} {half} 0\nvt 0 0\nvt 1 0\nvt 1 1\n\
+             vt 0 1\nf 1/1 2/2 3/3 4/4\n"
+        );
+        let files = Memory::new()
+            .with("a.obj", mesh.into_bytes())
+            .with("a.mtl", b"newmtl a\nmap_Kd a.png\n".to_vec())
+            .with("a.png", png.into_inner());
+        let text = "[camera]\neye_m = [0, 0, 1]\nlook_at_m = [0, 0, 0]\nfocal_length_mm = 150\nfilm = \"4x5\"\nf_number = 8\n\
+                    extension_mm = 177\n[[mesh]]\npath = \"a.obj\"\n";
+        let settings = LoadSettings { width: Some(100), ..Default::default() };
+        parse(text, "a.toml")?.describe()?.load_with(&files, Path::new(""), settings)
+    }
+
+    #[test]
+    fn what_was_drawn_to_find_out_is_what_the_picture_would_have_there() -> Result<()> {
+        for (size, shows) in [(9.0, true), (0.3, false)] {
+            for samples in [16, 40] {
+                draw(&wall(size)?, Sequence::Uniform(samples), &Execution::default(), |picture, _| {
+                    assert_eq!((picture.alone, picture.drawn.len()), (shows, LEAST), "{size} m");
+                    let steps: Vec<_> = Splits::steps(samples, false)
+                        .into_iter()
+                        .map(|(run, splits)| Step { run, splits, wanted: EVERYWHERE })
+                        .collect();
+                    let work = Work { steps: &steps, is_set_up: false, alone: shows };
+                    for drawn in &picture.drawn {
+                        let (mut sums, mut scratch) = (vec![Sum::default(); AREA], picture.scratch());
+                        let (place, watch) = (picture.place(drawn.tile), Stopwatch::start(None));
+                        let into = TileSums::from(&mut sums[..]);
+                        picture.draw_tile(scratch.get(), place, work, into, watch, &|| false);
+                        assert!(sums == drawn.sums, "{size} m, N = {samples}, tile {place:?}");
+                    }
+                    Ok(())
+                })?;
+            }
+        }
+        Ok(())
+    }
+}
