@@ -154,7 +154,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     report::warnings(&scene.warnings);
     report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
     report::warnings(&optics_words::scene_warnings(&scene, &input.name()));
-    report::warnings(&replayed.as_ref().and_then(Replay::warning).into_iter().collect::<Vec<_>>());
+    report::warnings(replayed.as_ref().and_then(Replay::warning).as_slice());
     let allocation = replayed.map(|replay| replay.allocation(&scene)).transpose()?;
     let mut read = input.read_paths();
     read.extend(arguments.replay.clone());

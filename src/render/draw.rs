@@ -183,14 +183,10 @@ impl Picture<'_> {
                         return (tally, done);
                     }
                     let number = bundle * together + at;
-                    tally.samples += REGION_SAMPLES * u64::from(step.wanted.count_ones());
-                    tally.triangles += raster.draw(
-                        self.level,
-                        step.wanted & inside,
-                        &geometry,
-                        &film,
-                        (number, batch),
-                        &|visit, hits| {
+                    let wanted = step.wanted & inside;
+                    tally.samples += REGION_SAMPLES * u64::from(wanted.count_ones());
+                    tally.triangles +=
+                        raster.draw(self.level, wanted, &geometry, &film, (number, batch), &|visit, hits| {
                             let mut looks = looks.borrow_mut();
                             self.make_look(&film, visit.id, visit.first, &mut looks);
                             let Some(look) = looks.get(visit.id) else { return };
@@ -199,8 +195,7 @@ impl Picture<'_> {
                                 self.pixel_key(tile, &pattern, batch, u32::from(block))(lane)
                             };
                             self.shader.meet(self.level, (look, visit.triangle), batch, hits, corner, key);
-                        },
-                    );
+                        });
                     raster.keep(at);
                     watch.lap(&mut tally.stages.coverage);
                     let setup = std::mem::take(&mut raster.seconds);
