@@ -4,7 +4,7 @@
 //! every machine of an architecture has: on x86-64 SSE2, which its scalar arithmetic uses too, in WebAssembly what it was
 //! built for. (Written out number
 //! by number, as `fearless_simd`'s fallback is, the kernels took 3 of 4 minutes of the build, and that only for
-//! machines that do not exist.)
+//! machines that do not exist.) Fuzzers have the plain level alone: the others' sources are the same.
 
 use fearless_simd::Level;
 
@@ -62,11 +62,11 @@ impl SimdLevel {
         let best = Level::new();
         match self {
             Self::Scalar => Some(plain()),
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", not(fuzzing)))]
             Self::Sse42 => best.as_sse4_2().map(Level::Sse4_2),
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", not(fuzzing)))]
             Self::Avx2 => best.as_avx2().map(Level::Avx2),
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", not(fuzzing)))]
             Self::Avx512 => best.as_avx512().map(Level::Avx512),
             #[cfg(target_arch = "aarch64")]
             Self::Neon => best.as_neon().map(Level::Neon),
@@ -108,7 +108,7 @@ pub(crate) fn align_frame() {
 macro_rules! at_level {
     ($level:expr, $simd:ident => $run:expr) => {
         match $level {
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", not(fuzzing)))]
             fearless_simd::Level::Avx512($simd) => fearless_simd::Simd::vectorize(
                 $simd,
                 #[inline(always)]
@@ -117,7 +117,7 @@ macro_rules! at_level {
                     $run
                 },
             ),
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", not(fuzzing)))]
             fearless_simd::Level::Avx2($simd) => fearless_simd::Simd::vectorize(
                 $simd,
                 #[inline(always)]
@@ -126,7 +126,7 @@ macro_rules! at_level {
                     $run
                 },
             ),
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", not(fuzzing)))]
             fearless_simd::Level::Sse4_2($simd) => fearless_simd::Simd::vectorize(
                 $simd,
                 #[inline(always)]
