@@ -102,6 +102,8 @@ pub mod optics;
 pub mod picture;
 pub mod plan;
 pub mod quantity;
+#[cfg(test)]
+mod random;
 mod raster;
 pub mod render;
 pub mod sampling;

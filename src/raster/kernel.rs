@@ -212,6 +212,7 @@ fn nearest<S: Simd>(simd: S, [z0, zx, zy]: [f32x16<S>; 3], step: (f32, f32), blo
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
     use crate::raster::group::Groups;
     use crate::raster::setup::Corners;
     use crate::raster::view::test_view;
@@ -220,11 +221,8 @@ mod tests {
 
     #[test]
     fn every_simd_level_sees_the_same_bits() {
-        let mut state = 1u64;
-        let mut random = |size: f32| -> f32 {
-            state = mix(state);
-            ((state >> 40) as f32 / 8_388_608.0 - 1.0) * size
-        };
+        let mut numbers = Random(1);
+        let mut random = |size: f32| numbers.signed() as f32 * size;
         let batch = Batch {
             cell: 0,
             u: std::array::from_fn(|_| random(0.7)),
@@ -294,9 +292,5 @@ mod tests {
         for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
             assert!(run(level.level()) == wanted, "{} differs from scalar", level.name());
         }
-    }
-
-    fn mix(x: u64) -> u64 {
-        x.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f)
     }
 }

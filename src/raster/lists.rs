@@ -216,15 +216,13 @@ fn shift(level: usize) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
 
     #[test]
     fn every_tile_gets_its_triangles_in_order() {
         let (columns, rows) = (70, 45);
-        let mut state = 3u64;
-        let mut random = |below: u32| {
-            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
-            ((state >> 33) as u32 % below) as u16
-        };
+        let mut numbers = Random(3);
+        let mut random = |below: u32| ((numbers.bits() >> 33) as u32 % below) as u16;
         let tiles: Vec<Tiles> = (0..3 * CHUNK / 2)
             .map(|i| {
                 let (x0, y0) = (random(columns), random(rows));

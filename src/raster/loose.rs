@@ -191,12 +191,8 @@ fn step(at: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
     use crate::raster::view::{Batch, test_view};
-
-    fn random(state: &mut u64) -> f64 {
-        *state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
-        (*state >> 40) as f64 / 8_388_608.0 - 1.0
-    }
 
     #[test]
     fn no_lens_point_that_sees_a_triangle_is_left_out() {
@@ -207,13 +203,13 @@ mod tests {
         view.pixel_from_lens[2][1] *= -25.0;
         view.pixel_from_lens[1][2] = glam::DVec4::new(0.0, 0.0, 0.04, -0.03);
         view.pixel_from_lens[2][2] = glam::DVec4::new(0.0, 0.0, -0.02, 0.05);
-        let mut state = 7;
+        let mut random = Random(7);
         let batches = (0..5)
             .map(|_| {
                 let mut batch = Batch { live: 0xfffe, ..Batch::of_cell(0) };
                 for lane in 0..LANES {
-                    let (sine, cosine) = libm::sincos(3.2 * random(&mut state));
-                    let r = libm::sqrt(random(&mut state).abs());
+                    let (sine, cosine) = libm::sincos(3.2 * random.signed());
+                    let r = libm::sqrt(random.signed().abs());
                     (batch.u[lane], batch.v[lane]) = ((r * cosine) as f32, (r * sine) as f32);
                 }
                 batch
@@ -224,10 +220,9 @@ mod tests {
         assert!(points.set(&pattern));
         let (mut looked, mut seen, mut kept) = (0, 0, 0);
         for _ in 0..300 {
-            let z = 0.5 + 0.1 * random(&mut state);
-            let middle = DVec3::new(z * random(&mut state), z * random(&mut state), z);
-            let corners =
-                [0; 3].map(|_| middle + 2e-3 * DVec3::from_array([0; 3].map(|_| random(&mut state))));
+            let z = 0.5 + 0.1 * random.signed();
+            let middle = DVec3::new(z * random.signed(), z * random.signed(), z);
+            let corners = [0; 3].map(|_| middle + 2e-3 * DVec3::from_array([0; 3].map(|_| random.signed())));
             let Some(loose) = Loose::new(&view, corners) else { continue };
             looked += 1;
             for (tx, ty) in (0..16).flat_map(|y| (0..16).map(move |x| (x, y))) {

@@ -41,14 +41,15 @@ pub(super) fn by_key(mut sorted: Vec<(u32, u32)>) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
 
     #[test]
     fn nearest_come_first_and_equals_stay_in_order() {
-        let mut state = 9u64;
+        let mut random = Random(9);
         let keys: Vec<u32> = (0..5000)
             .map(|i| {
-                state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
-                if i % 3 == 0 { key(-1.0) } else { key((state >> 40) as f64 * 0.37) }
+                let depth = (random.bits() >> 40) as f64 * 0.37;
+                if i % 3 == 0 { key(-1.0) } else { key(depth) }
             })
             .collect();
         let mut wanted: Vec<u32> = (0..5000).collect();

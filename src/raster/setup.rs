@@ -264,17 +264,15 @@ pub(super) mod testing {
 mod tests {
     use super::testing::{at, edges, triangles};
     use super::*;
+    use crate::random::Random;
     use crate::raster::view::test_view;
     use crate::simd::SimdLevel;
 
     #[test]
     fn what_is_passed_over_misses_the_tile_and_nothing_is_nearer_than_said() {
         let film = TileFilm::new(&test_view(), 0, 0);
-        let mut state = 5u64;
-        let mut random = || {
-            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
-            (state >> 40) as f64 / 8_388_608.0 - 1.0
-        };
+        let mut numbers = Random(5);
+        let mut random = || numbers.signed();
         let (mut missed, mut met) = (0, 0);
         for round in 0..40 {
             let size = [1.0, 0.1, 0.01][round % 3];

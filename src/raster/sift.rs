@@ -89,6 +89,7 @@ fn extent<S: Simd>(simd: S, at: &Images, row: usize) -> f32x16<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
     use crate::raster::setup::testing::{at, edges, triangles};
     use crate::raster::view::test_view;
     use crate::simd::SimdLevel;
@@ -97,11 +98,8 @@ mod tests {
     #[test]
     fn what_is_left_out_no_sample_meets_and_every_level_leaves_out_the_same() {
         let film = TileFilm::new(&test_view(), 0, 0);
-        let mut state = 3u64;
-        let mut random = || {
-            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
-            (state >> 40) as f64 / 8_388_608.0 - 1.0
-        };
+        let mut numbers = Random(3);
+        let mut random = || numbers.signed();
         let batch = |random: &mut dyn FnMut() -> f64, live| {
             let mut batch = Batch { live, ..Batch::of_cell(0) };
             for lane in 0..LANES {

@@ -217,16 +217,14 @@ pub(super) fn missed_rim(n: u32, light: f64, room: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::picture::BLOCK;
+    use crate::random::Random;
 
     const PIXELS: usize = (BLOCK * BLOCK) as usize;
 
     /// Pixels of a block whose samples meet the light with the chances `share`, and what they show in truth, not clipped.
     fn block(seed: u64, samples: u32, light: f32, share: impl Fn(usize, usize) -> f32) -> (Halves, Vec<f32>) {
-        let mut state = seed;
-        let mut random = || {
-            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
-            (state >> 40) as f32 / 16_777_216.0
-        };
+        let mut numbers = Random(seed);
+        let mut random = || (numbers.bits() >> 40) as f32 / 16_777_216.0;
         let (mut pixels, mut truth) = (Vec::new(), Vec::new());
         for at in 0..PIXELS {
             let share = share(at % 8, at / 8);

@@ -6,6 +6,7 @@ use super::pattern::{Splits, pattern};
 use super::picture::{Picture, Sequence};
 use super::{Execution, draw};
 use crate::error::Result;
+use crate::random::Random;
 use crate::raster::film::TileFilm;
 use crate::raster::tile::{Geometry, Part, TileScratch};
 use crate::raster::view::Batch;
@@ -40,11 +41,8 @@ fn scene(keys: &str, width: u32, triangles: &[[[f64; 3]; 3]]) -> Result<Scene> {
 
 /// Triangles of about `size`, around the origin and, `near` the lens, through it and behind it.
 fn triangles(count: usize, size: f64, near: bool) -> Vec<[[f64; 3]; 3]> {
-    let mut state = 7u64;
-    let mut random = |size: f64| {
-        state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
-        ((state >> 40) as f64 / 8_388_608.0 - 1.0) * size
-    };
+    let mut numbers = Random(7);
+    let mut random = |size: f64| numbers.signed() * size;
     let mut one = |middle: f64| {
         let middle = [random(0.4), random(0.4), middle + random(0.6)];
         [0; 3].map(|_| middle.map(|middle| middle + random(size)))

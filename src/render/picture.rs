@@ -10,7 +10,7 @@ use super::draw::TileScratch;
 use super::frame::LensFrame;
 use super::highlights::Highlights;
 use super::pattern::{Points, Splits};
-use super::sharing::Drawn;
+use super::sharing::Asked;
 use super::stages::{Stages, Stopwatch};
 use crate::error::{Error, Result};
 use crate::plan::{Decision, RenderPlan};
@@ -56,7 +56,7 @@ pub(super) struct Picture<'a> {
     /// Each looks into textures by itself all the same ([`super::sharing`]).
     pub(super) alone: bool,
     /// Tiles that were drawn to find out.
-    pub(super) drawn: Vec<Drawn>,
+    pub(super) drawn: Vec<Asked>,
     /// Surfaces are patches, not triangles.
     pub(super) alike: bool,
     pub(super) surface_count: usize,

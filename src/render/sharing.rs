@@ -35,7 +35,7 @@ const TIMES: f64 = 5.0;
 const TIMES_IN_RUNS: f64 = 15.0;
 
 /// A tile of a picture, drawn before it is asked for.
-pub(super) struct Drawn {
+pub(super) struct Asked {
     pub tile: usize,
     pub sums: Vec<Sum>,
     pub tally: Tally,
@@ -49,7 +49,7 @@ impl Picture<'_> {
         sequence: Sequence,
         execution: &Execution<'_>,
         stages: &mut Stages,
-    ) -> (bool, Vec<Drawn>) {
+    ) -> (bool, Vec<Asked>) {
         let mut maps = self.surfaces.materials.iter().filter_map(|material| material.diffuse_map.as_ref());
         if !self.shared || maps.all(|map| map.smooth.is_empty()) {
             return (false, Vec::new());
@@ -66,7 +66,7 @@ impl Picture<'_> {
         let steps: Vec<_> = steps.into_iter().map(|(run, splits)| Step { run, splits, wanted }).collect();
         let work = Work { steps: &steps, is_set_up: false, alone: false };
         let asked = (self.tiles() / ONE_IN).clamp(LEAST, MOST).min(self.tiles());
-        let mut found: Vec<(Drawn, Vec<Sum>, usize)> = (0..asked)
+        let mut found: Vec<(Asked, Vec<Sum>, usize)> = (0..asked)
             .into_par_iter()
             .with_max_len(1)
             .map_init(
@@ -79,7 +79,7 @@ impl Picture<'_> {
                     let stop = || self.stopped();
                     let (tally, done) =
                         self.draw_tile(scratch.get(), self.place(tile), work, both, watch, &stop);
-                    (Drawn { tile, sums, tally }, alone, done)
+                    (Asked { tile, sums, tally }, alone, done)
                 },
             )
             .collect();
@@ -92,8 +92,8 @@ impl Picture<'_> {
         let [noise, change] = sum;
         let shows = noise < times * times * change;
         let is_done = |done: usize| matches!(sequence, Sequence::Uniform(_)) && done == steps.len();
-        let as_it_is_to_be = |(drawn, alone, done): (Drawn, Vec<Sum>, usize)| {
-            is_done(done).then_some(if shows { Drawn { sums: alone, ..drawn } } else { drawn })
+        let as_it_is_to_be = |(drawn, alone, done): (Asked, Vec<Sum>, usize)| {
+            is_done(done).then_some(if shows { Asked { sums: alone, ..drawn } } else { drawn })
         };
         (shows, found.into_iter().filter_map(as_it_is_to_be).collect())
     }

@@ -200,15 +200,13 @@ fn split(items: &mut [Item], depth: usize) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
     use crate::scene::{Attributes, Material, NONE};
 
     fn scattered(count: u32, spread: f64) -> Surfaces {
         let mut surfaces = Surfaces { materials: vec![Material::default_surface()], ..Surfaces::default() };
-        let mut state = 7u64;
-        let mut random = || {
-            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut numbers = Random(7);
+        let mut random = || numbers.unit();
         for t in 0..count {
             let center = DVec3::new(random(), random(), random()) * spread;
             surfaces.positions.extend([0, 1, 2].map(|_| center + DVec3::new(random(), random(), random())));

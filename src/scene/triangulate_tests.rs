@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::*;
+use crate::random::Random;
 
 /// Seen from the tip of its normal: number of triangles, their total area, the sum of their absolute areas.
 fn cut(corners: &[DVec3]) -> (usize, f64, f64) {
@@ -70,11 +71,8 @@ fn concave_polygons_keep_their_area() {
 
 #[test]
 fn random_star_shaped_polygons_keep_their_area() {
-    let mut state = 1u64;
-    let mut random = || {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut numbers = Random(1);
+    let mut random = || numbers.unit();
     for k in 4..60 {
         let mut angles: Vec<f64> = (0..k).map(|i| (i as f64 + 0.9 * random()) / k as f64).collect();
         angles.sort_by(f64::total_cmp);
