@@ -43,6 +43,7 @@ fn extremes(c: &mut Criterion) {
         let mut scene = extreme.scene(triangles, WIDTH, SAMPLES);
         // As a scene file would give it.
         scene.surfaces.find_patches();
+        scene.surfaces.find_clusters();
         scene.render.share_shading = true;
         let pixels = u64::from(scene.render.width) * u64::from(scene.render.height);
         group.throughput(Throughput::Elements(pixels * u64::from(SAMPLES)));

@@ -177,6 +177,51 @@ fn extreme_inputs_equal_the_oracle() {
     }
 }
 
+/// Neighbours in space become neighbours in the list: by cells of a grid.
+fn sort_by_place(surfaces: &mut Surfaces) {
+    let key =
+        |&t: &usize| surfaces.corners(t).iter().sum::<DVec3>().to_array().map(|at| (at / 0.7).floor() as i64);
+    let mut order: Vec<usize> = (0..surfaces.triangles.len()).collect();
+    order.sort_by_key(key);
+    let triangles = order.iter().map(|&t| surfaces.triangles[t]).collect();
+    surfaces.attributes = order.iter().map(|&t| surfaces.attributes[t]).collect();
+    surfaces.triangles = triangles;
+}
+
+#[test]
+fn clusters_that_are_passed_over_change_no_byte() {
+    let tilted = Setting { front: [8.0, -5.0], rear: [-6.0, 3.0], f_number: 1.0, stretch: 1.1, rise: 30.0 };
+    let mut scenes: Vec<(String, Scene)> = Extreme::ALL
+        .into_iter()
+        .filter(|&extreme| extreme != Extreme::Layers)
+        .map(|extreme| (format!("{extreme:?}"), extreme.scene(20_000, 70, 4)))
+        .collect();
+    for (name, setting, diffraction) in
+        [("tilted", tilted, false), ("bent", Setting { f_number: 90.0, ..ALIGNED }, true)]
+    {
+        let camera = camera(DVec3::new(0.3, 1.2, 2.5), DVec3::new(0.0, 0.9, -3.0), 150.0, setting);
+        let mut scene = scene(&camera, yard(&mut Random(12), 20_000), 70, 4);
+        scene.render.diffraction = diffraction;
+        scenes.push((name.to_owned(), scene));
+    }
+    let picture = |scene: &Scene| {
+        let (picture, counts) = render(scene, Execution::default()).unwrap();
+        let pixels: Vec<_> = (0..56)
+            .flat_map(|y| (0..70).map(move |x| (x, y)))
+            .map(|(x, y)| picture.pixel(x, y).map(f32::to_bits))
+            .collect();
+        (pixels, counts.bin_entries)
+    };
+    for (name, scene) in &mut scenes {
+        sort_by_place(&mut scene.surfaces);
+        let all = picture(scene);
+        scene.surfaces.find_clusters();
+        let seen = picture(scene);
+        assert!(all.0 == seen.0, "{name}");
+        assert!(seen.1 <= all.1, "{name}: {} entries, {} without clusters", seen.1, all.1);
+    }
+}
+
 #[test]
 fn triangles_between_the_samples_of_a_crowded_tile_are_the_only_ones_left_out() {
     for (name, setting) in [

@@ -8,6 +8,7 @@
 //! corners.
 
 use super::bounds::{Frustum, PixelBox, point_boxes};
+use super::cull::{BLOCK, Cluster, Seen};
 use super::lists::{Cursor, TileLists, Tiles};
 use super::loose::{self, LensPoints, Loose};
 use super::order::{by_key, key};
@@ -17,9 +18,10 @@ use super::{LANES, TILE};
 use fearless_simd::Level;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::ops::Range;
 
-/// Triangles and vertices that a parallel task takes at a time; the result does not depend on it.
-const CHUNK: usize = 4096;
+/// Ranges of triangles, and blocks of vertices, that a parallel task takes at a time; the result does not depend on it.
+const CHUNK: usize = 16;
 
 /// The triangles of a scene.
 pub(crate) struct Triangles<'a> {
@@ -27,6 +29,9 @@ pub(crate) struct Triangles<'a> {
     pub vertices: &'a [[u32; 3]],
     /// The surface that a triangle is part of, and whether samples may pass through it.
     pub surface: &'a (dyn Fn(u32) -> (u32, bool) + Sync),
+    /// Those that come one after another, so many to a cluster, or none.
+    pub clusters: &'a [Cluster],
+    pub cluster_size: usize,
 }
 
 /// A triangle that may be seen, with all that tiles ask of it: they come by in the order of depth, so each place more that
@@ -99,21 +104,23 @@ impl Bins {
         triangles: &Triangles<'_>,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Self {
-        let boxes = Boxes::new(simd, view, cells, positions, triangles.vertices, stop);
+        let counts = (triangles.vertices.len(), positions.len());
+        let seen = Seen::new(view, triangles.clusters, triangles.cluster_size, counts);
+        let boxes = Boxes::new(simd, view, cells, positions, (triangles.vertices, &seen), stop);
         let (tiles_x, tiles_y) = (view.width.div_ceil(TILE), view.height.div_ceil(TILE));
         // What touches the picture, in the order of the scene: neighbours there are neighbours in space, and memory.
-        let found: Vec<Found> = triangles
-            .vertices
+        let found: Vec<Found> = seen
+            .triangles
             .par_chunks(CHUNK)
-            .enumerate()
             .filter(|_| !stop())
-            .map(|(chunk, all)| {
+            .map(|ranges| {
                 let mut found = Found::default();
-                found.candidates.reserve(all.len());
-                found.tiles.reserve(all.len());
+                let count = ranges.iter().map(Range::len).sum();
+                found.candidates.reserve(count);
+                found.tiles.reserve(count);
                 let mut each = vec![PixelBox::EMPTY; cells.len()];
-                for (t, &vertices) in (chunk * CHUNK..).zip(all) {
-                    let triangle = t as u32;
+                for t in ranges.iter().cloned().flatten() {
+                    let (triangle, vertices) = (t as u32, triangles.vertices[t]);
                     for (cell, pixels) in each.iter_mut().enumerate() {
                         *pixels = boxes.of(triangle, vertices, cell);
                     }
@@ -260,41 +267,53 @@ fn concat<T: Copy>(found: &[Found], part: impl Fn(&Found) -> &Vec<T>, stop: &dyn
 }
 
 /// Pixel boxes of vertices, and of triangles that leave the frustum.
-struct Boxes {
+struct Boxes<'a> {
     cells: usize,
+    seen: &'a Seen,
+    /// By their places in what is seen.
     vertices: Vec<PixelBox>,
     /// Triangles that leave the frustum but for a part, by number, and that part's boxes.
     crossing: Vec<u32>,
     crossing_boxes: Vec<PixelBox>,
 }
 
-impl Boxes {
+impl<'a> Boxes<'a> {
     fn new(
         simd: Level,
         view: &View,
         cells: &[LensCell],
         positions: &[DVec3],
-        triangles: &[[u32; 3]],
+        (triangles, seen): (&[[u32; 3]], &'a Seen),
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Self {
         let frustum = Frustum::new(view);
-        let mut vertices = vec![PixelBox::OUTSIDE; positions.len() * cells.len()];
+        let blocks: Vec<&[DVec3]> = seen.blocks().map(|block| &positions[block]).collect();
+        let mut vertices = vec![PixelBox::OUTSIDE; seen.vertices * cells.len()];
         vertices
-            .par_chunks_mut(CHUNK * cells.len())
-            .zip(positions.par_chunks(CHUNK))
+            .par_chunks_mut(BLOCK * cells.len())
+            .zip(blocks)
+            .with_min_len(CHUNK)
             .filter(|_| !stop())
             .for_each(|(boxes, points)| point_boxes(simd, view, Some(&frustum), cells, points, boxes));
         let mut boxes =
-            Self { cells: cells.len(), vertices, crossing: Vec::new(), crossing_boxes: Vec::new() };
+            Self { cells: cells.len(), seen, vertices, crossing: Vec::new(), crossing_boxes: Vec::new() };
         if !stop() {
             boxes.cross(simd, view, &frustum, cells, positions, triangles);
         }
         boxes
     }
 
+    /// The pixels that a vertex can reach from the lens points of `cell`.
+    #[inline(always)]
+    fn vertex(&self, vertex: u32, cell: usize) -> PixelBox {
+        // Where clusters are not of these triangles, vertices may have no place.
+        let at = self.seen.place(vertex).saturating_mul(self.cells);
+        self.vertices.get(at.saturating_add(cell)).copied().unwrap_or(PixelBox::OUTSIDE)
+    }
+
     /// The pixels that triangle `t` with these corners can reach from the lens points of `cell`.
     fn of(&self, t: u32, corners: [u32; 3], cell: usize) -> PixelBox {
-        let boxes = corners.map(|v| self.vertices[v as usize * self.cells + cell]);
+        let boxes = corners.map(|v| self.vertex(v, cell));
         if boxes.contains(&PixelBox::OUTSIDE) {
             return match self.crossing.binary_search(&t) {
                 Ok(at) => self.crossing_boxes[at * self.cells + cell],
@@ -306,7 +325,7 @@ impl Boxes {
 
     /// Whether these vertices all lie in the frustum.
     fn are_inside(&self, corners: [u32; 3]) -> bool {
-        corners.iter().all(|&v| self.vertices[v as usize * self.cells] != PixelBox::OUTSIDE)
+        corners.iter().all(|&v| self.vertex(v, 0) != PixelBox::OUTSIDE)
     }
 
     /// Finds the triangles that leave the frustum but for a part, and that part's boxes.
@@ -319,14 +338,16 @@ impl Boxes {
         positions: &[DVec3],
         triangles: &[[u32; 3]],
     ) {
-        let found: Vec<(Vec<u32>, Vec<PixelBox>)> = triangles
+        let found: Vec<(Vec<u32>, Vec<PixelBox>)> = self
+            .seen
+            .triangles
             .par_chunks(CHUNK)
-            .enumerate()
-            .map(|(chunk, triangles)| {
+            .map(|ranges| {
                 let (mut numbers, mut boxes) = (Vec::new(), Vec::new());
                 let mut each = Vec::new();
-                for (t, corners) in (chunk * CHUNK..).zip(triangles) {
-                    if self.are_inside(*corners) {
+                for t in ranges.iter().cloned().flatten() {
+                    let corners = triangles[t];
+                    if self.are_inside(corners) {
                         continue;
                     }
                     let clipped = frustum.clip(corners.map(|v| positions[v as usize]));

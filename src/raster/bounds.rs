@@ -67,6 +67,12 @@ impl Frustum {
         self.planes.iter().all(|plane| plane.dot(point.extend(1.0)) >= 0.0)
     }
 
+    /// Whether all of these lie outside of one and the same plane.
+    pub(crate) fn hides(&self, points: &[DVec3]) -> bool {
+        let outside = |plane: &DVec4| points.iter().all(|point| plane.dot(point.extend(1.0)) < 0.0);
+        self.planes.iter().any(outside)
+    }
+
     /// The part of a triangle inside: a polygon of at most six corners.
     pub(crate) fn clip(&self, triangle: [DVec3; 3]) -> Vec<DVec3> {
         let mut polygon = triangle.to_vec();

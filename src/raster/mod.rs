@@ -8,6 +8,7 @@
 //!
 //! * [`view`]: the camera as plain numbers in the *lens frame* (`x` along `ex`, `y` along `ey`, `z` along
 //!   the lens axis, origin at the lens centre; pixel coordinates on the film).
+//! * [`cull`]: which clusters of triangles may be seen at all.
 //! * [`bounds`]: for each vertex, and triangle that crosses near, the pixels it can reach from each cell
 //!   of the aperture.
 //! * [`order`]: nearest first.
@@ -40,6 +41,7 @@
 
 pub(crate) mod bin;
 pub(crate) mod bounds;
+pub(crate) mod cull;
 pub(crate) mod film;
 pub(crate) mod group;
 pub(crate) mod kernel;

@@ -17,9 +17,10 @@ use crate::plan::{Decision, RenderPlan};
 use crate::quantity::Angle;
 use crate::raster::TILE;
 use crate::raster::bin::{Bins, Triangles};
+use crate::raster::cull::Cluster;
 use crate::raster::view::View;
 use crate::sampling::{self, ApertureShape, runs};
-use crate::scene::{EffectName, EffectSet, Material, Scene, Sun, Surfaces};
+use crate::scene::{Clusters, EffectName, EffectSet, Material, Scene, Sun, Surfaces};
 use crate::shade::{Falloff, Shader, ShadowSun};
 use fearless_simd::Level;
 use glam::DVec3;
@@ -145,7 +146,18 @@ impl<'a> Picture<'a> {
         // Places on a surface must be exact for its shadows: patches that are not flat do not do.
         let alike = scene.render.share_shading && (sun.is_none() || surfaces.patches.are_flat());
         let cutout: Vec<bool> = surfaces.materials.iter().map(Material::is_cutout).collect();
+        let clusters: Vec<Cluster> = surfaces
+            .clusters
+            .0
+            .iter()
+            .map(|cluster| Cluster {
+                corners: cluster.corners().map(|corner| frame.point(corner)),
+                vertices: cluster.vertices.clone(),
+            })
+            .collect();
         let triangles = Triangles {
+            clusters: &clusters,
+            cluster_size: Clusters::SIZE,
             vertices: &surfaces.triangles,
             surface: &|t| {
                 let material = surfaces.attributes[t as usize].material;

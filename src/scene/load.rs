@@ -129,6 +129,7 @@ impl SceneDescription {
             loader = loader.with_memory(most);
         }
         let (mut surfaces, meshes) = self.place_all(&mut loader)?;
+        surfaces.find_clusters();
         if self.sun.is_some_and(|sun| sun.shadows) {
             surfaces.build_hierarchy();
         } else {

@@ -7,6 +7,7 @@
 //! `load` (a [`Scene`] with its `surfaces` in the world, and which of them look alike: `patches`).
 
 mod assets;
+mod clusters;
 mod description;
 mod digest;
 mod document;
@@ -45,6 +46,7 @@ mod validate_camera;
 mod warnings;
 
 pub use assets::AssetLoader;
+pub use clusters::Clusters;
 pub use description::{
     Blades, Budget, Focus, MAX_PICTURE_SIDE, MeshEntry, RenderSettings, SceneDescription, Sky, Sun,
 };

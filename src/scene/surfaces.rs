@@ -1,5 +1,6 @@
 //! All meshes of a scene as one list of triangles in the world, ready to draw.
 
+use super::clusters::Clusters;
 use super::hierarchy::Hierarchy;
 use super::material::Material;
 use super::mesh::{Model, NONE};
@@ -54,6 +55,8 @@ pub struct Surfaces {
     pub materials: Vec<Material>,
     /// Which triangles look alike; empty, or made by [`Surfaces::find_patches`] from all that is here.
     pub patches: Patches,
+    /// Boxes of many triangles each; empty, or made by [`Surfaces::find_clusters`] from all that is here.
+    pub clusters: Clusters,
     /// For rays to the sun; `None`, or made by [`Surfaces::build_hierarchy`] from all that is here.
     pub hierarchy: Option<Hierarchy>,
 }
@@ -140,6 +143,11 @@ impl Surfaces {
     /// Finds which triangles look alike, so that samples of a pixel that see them can share shading.
     pub fn find_patches(&mut self) {
         self.patches = Patches::new(self, false);
+    }
+
+    /// Finds boxes of many triangles each, so that a picture passes over what is out of view at one look.
+    pub fn find_clusters(&mut self) {
+        self.clusters = Clusters::new(self);
     }
 
     /// Sorts the triangles for the rays of shadows, and finds the patches for them: only what lies in one plane is one.
