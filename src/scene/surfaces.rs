@@ -55,7 +55,8 @@ pub struct Surfaces {
     pub materials: Vec<Material>,
     /// Which triangles look alike; empty, or made by [`Surfaces::find_patches`] from all that is here.
     pub patches: Patches,
-    /// Boxes of many triangles each; empty, or made by [`Surfaces::find_clusters`] from all that is here.
+    /// Boxes of many triangles each, by which pictures pass over what is out of view; empty, or made by [`Surfaces::find_clusters`]
+    /// from all that is here: anew, where vertices have moved since.
     pub clusters: Clusters,
     /// For rays to the sun; `None`, or made by [`Surfaces::build_hierarchy`] from all that is here.
     pub hierarchy: Option<Hierarchy>,
