@@ -129,8 +129,9 @@ impl Progressive<'_> {
 
     fn until_error(&mut self, error: f64, execution: &Execution<'_>) -> Result<()> {
         let columns = self.samples.columns_and_rows().0 as usize;
-        let tiles = Pilot::for_error(self.picture.tiles());
-        let mut seen = self.pilot(tiles, FIRST_RUN, execution, &|| false)?;
+        let count = self.picture.tiles();
+        let (few, tiles) = (Pilot::to_choose(count), Pilot::for_error(count));
+        let mut seen = self.pilot(few, FIRST_RUN, execution, &|| false)?;
         let allowed = error * error;
         let goal = |part: f64, pilot: &[TileBlocks]| Goal::Error(part * allowed * 3.0 * pilot::pixels(pilot));
         let entries = self.entries_per_pixel();
@@ -140,13 +141,15 @@ impl Progressive<'_> {
         let (mut falling, mut first) = (USUAL_FALL, FIRST_RUN);
         if look > FIRST_RUN {
             self.clear(look);
-            let more = self.pilot(tiles, look, execution, &|| false)?;
+            let more = self.pilot(few, look, execution, &|| false)?;
             // How the error falls is known now, and more at once may be wanted.
             falling = pilot::fall(&seen, &more).unwrap_or(USUAL_FALL);
             (first, seen) = (choose(&more, falling).max(look), more);
         }
         if first > look {
             self.clear(first);
+        }
+        if first > look || few != tiles {
             seen = self.pilot(tiles, first, execution, &|| false)?;
         }
         let forecast = Forecast::new(&seen, goal(SURE, &seen), ROUNDS_FALL, MOST_FOR_ERROR);
