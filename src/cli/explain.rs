@@ -60,6 +60,8 @@ struct Row {
     /// The part of the time for the picture that the effect takes, or would take: 0 where it is less than times differ by
     /// themselves, or nothing in view has it; null where the scene cannot have it.
     cost: Option<f64>,
+    /// What that is at most, as far as times differ by themselves (three standard errors).
+    cost_at_most: Option<f64>,
     /// RMS change of the picture between with and without, chance left out; null where the scene cannot have it.
     change_rms: Option<f64>,
     /// What that is at most: from so few samples it is not known better.
@@ -102,7 +104,7 @@ fn explain(scene: &Scene, execution: Execution<'_>) -> Result<Explanation> {
     for (name, effect) in EffectName::ALL.into_iter().zip(plan.effects()) {
         progress.tell("measuring", effects.len() as u64, plan.effects().len() as u64);
         let measured = match (&base, other(&small, plan.active(), name)) {
-            _ if is_absent(&plan, scene, name) => Some((0.0, [0.0; 2])),
+            _ if is_absent(&plan, scene, name) => Some(([0.0; 2], [0.0; 2])),
             (Some(base), Some((small, active))) => {
                 let other = Probe::new(&small, active, execution)?;
                 // Soft shadows beside hard ones, also where there are none.
@@ -113,8 +115,10 @@ fn explain(scene: &Scene, execution: Execution<'_>) -> Result<Explanation> {
                 } else {
                     base
                 };
-                let more = extra_time(base, &other, execution)?;
-                Some((if effect.active { 0.0 - more } else { more }, base.change(&other)))
+                let [more, error] = extra_time(base, &other, execution)?;
+                let cost = if effect.active { 0.0 - more } else { more };
+                let known = if cost.abs() <= error { 0.0 } else { cost };
+                Some(([known, cost + error], base.change(&other)))
             }
             _ => None,
         };
@@ -122,7 +126,8 @@ fn explain(scene: &Scene, execution: Execution<'_>) -> Result<Explanation> {
             effect: effect.effect,
             active: effect.active,
             because: effect.because.clone(),
-            cost: measured.map(|(cost, _)| cost),
+            cost: measured.map(|([cost, _], _)| cost),
+            cost_at_most: measured.map(|([_, most], _)| most),
             change_rms: measured.map(|(_, [change, _])| change),
             change_rms_at_most: measured.map(|(_, [_, most])| most),
         });
@@ -184,10 +189,9 @@ impl Probe {
     }
 }
 
-/// How much longer than the first picture the second takes, as a part of the first's time. They are drawn by turns, so that
-/// what slows the machine down slows both. 0 where the median of the differences is within three of its standard
-/// errors.
-fn extra_time(first: &Probe, second: &Probe, execution: Execution<'_>) -> Result<f64> {
+/// How much longer than the first picture the second takes, as a part of the first's time, and three standard errors of that. They are
+/// drawn by turns, so that what slows the machine down slows both.
+fn extra_time(first: &Probe, second: &Probe, execution: Execution<'_>) -> Result<[f64; 2]> {
     let (mut times, mut differences) = (Vec::new(), Vec::new());
     let start = Instant::now();
     while times.len() < TIMES[0] || times.len() < TIMES[1] && start.elapsed().as_secs_f64() < SECONDS {
@@ -206,7 +210,8 @@ fn extra_time(first: &Probe, second: &Probe, execution: Execution<'_>) -> Result
     let mut far: Vec<f64> = differences.iter().map(|difference| (difference - more).abs()).collect();
     // Of normal noise: its standard deviation from the median distance, and the error of a median of so many.
     let error = 1.4826 * median(&mut far) * 1.2533 / (differences.len() as f64).sqrt();
-    Ok(if more.abs() <= 3.0 * error { 0.0 } else { more / median(&mut times) })
+    let time = median(&mut times);
+    Ok([more / time, 3.0 * error / time])
 }
 
 /// In parentheses what would be, and is not.
