@@ -155,7 +155,10 @@ impl Light {
     /// None without a sun.
     fn of(scene: &Scene) -> Option<Self> {
         let sun = scene.sun.as_ref()?;
-        Some(Self { toward: sun.toward.normalize_or_zero(), bounds: bounds(&scene.surfaces.positions) })
+        Some(Self {
+            toward: sun.toward.normalize_or_zero(),
+            bounds: bounds(scene.surfaces.positions.iter().copied()),
+        })
     }
 
     /// The longest way that light goes within the box to a point of a triangle, metres.

@@ -86,7 +86,7 @@ impl<'a> View<'a> {
     /// nearest to the camera, drawn as large as at the film's corner.
     fn farthest_penumbra(&self) -> f64 {
         let (scene, optics) = (self.scene, &self.scene.optics);
-        let [low, high] = bounds(&scene.surfaces.positions);
+        let [low, high] = bounds(scene.surfaces.positions.iter().copied());
         let extent = if low.cmple(high).all() { (high - low).length() } else { 0.0 };
         let eye = optics.world_from_lens().point(DVec3::ZERO);
         let nearest = (eye.clamp(low.min(high), high.max(low)) - eye).length();

@@ -4,7 +4,7 @@
 //! In: triangles. Out: for each [`Clusters::SIZE`] of them their box, in the world, and the range of their vertices. Neighbours in a file are
 //! neighbours in space as a rule; where they are not, boxes are large, and nothing is passed over.
 
-use super::surfaces::Surfaces;
+use super::surfaces::{Surfaces, bounds};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -19,9 +19,6 @@ pub(crate) struct Cluster {
     pub vertices: Range<u32>,
 }
 
-/// The bounds of no points.
-const NOTHING: [DVec3; 2] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-
 /// The clusters of a scene, in the order of its triangles.
 #[derive(Clone, Debug, Default)]
 pub struct Clusters(pub(crate) Vec<Cluster>);
@@ -33,10 +30,7 @@ impl Clusters {
     pub(super) fn new(surfaces: &Surfaces) -> Self {
         let of = |triangles: &[[u32; 3]]| {
             let corners = triangles.as_flattened();
-            let [low, high] = corners.iter().fold(NOTHING, |[low, high], &v| {
-                let at = surfaces.positions[v as usize];
-                [low.min(at), high.max(at)]
-            });
+            let [low, high] = bounds(corners.iter().map(|&v| surfaces.positions[v as usize]));
             let [first, last] =
                 corners.iter().fold([u32::MAX, 0], |[first, last], &v| [first.min(v), last.max(v)]);
             Cluster { low, high, vertices: first..last + 1 }

@@ -78,7 +78,7 @@ impl Bounds {
 
 impl Hierarchy {
     pub(crate) fn new(surfaces: &Surfaces) -> Self {
-        let [low, high] = bounds(&surfaces.positions);
+        let [low, high] = bounds(surfaces.positions.iter().copied());
         // Single precision is enough to sort with, and coordinates are brought to where its squares are finite.
         let center = 0.5 * low + 0.5 * high;
         let size = (high - low).max_element();

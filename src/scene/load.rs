@@ -191,7 +191,7 @@ impl SceneDescription {
                 Placement { scale: entry.scale, rotate_y: entry.rotate_y, translate: entry.translate };
             let first = surfaces.positions.len();
             surfaces.add(model, &placement).map_err(|error| error.at(self.mesh_place(index)))?;
-            let bounds = bounds(&surfaces.positions[first..]);
+            let bounds = bounds(surfaces.positions[first..].iter().copied());
             meshes.push(MeshSummary {
                 path: entry.path.clone(),
                 placement,

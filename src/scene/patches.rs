@@ -66,7 +66,7 @@ impl Patches {
     /// With `coplanar`, patches lie in one plane even where only their normals show.
     pub(crate) fn new(surfaces: &Surfaces, coplanar: bool) -> Self {
         let count = surfaces.triangles.len();
-        let [low, high] = bounds(&surfaces.positions);
+        let [low, high] = bounds(surfaces.positions.iter().copied());
         let (center, extent) = (0.5 * (low + high), (high - low).max_element());
         let thickness = if coplanar { PLANE * extent } else { f64::INFINITY };
         let mut keyed: Vec<(u64, u32)> = (0..count)

@@ -177,7 +177,7 @@ impl Parts {
         if chosen.plain {
             materials.push(Material::default_surface());
         }
-        let bounds = bounds(&geometry.positions);
+        let bounds = bounds(geometry.positions.iter().copied());
         let model = Model {
             positions: geometry.positions,
             normals: geometry.normals,

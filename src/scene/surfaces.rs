@@ -163,7 +163,7 @@ impl Surfaces {
     }
 }
 /// The lowest and the highest coordinates of points; infinite the wrong way round where there are none.
-pub(crate) fn bounds(points: &[DVec3]) -> [DVec3; 2] {
+pub(crate) fn bounds(points: impl IntoIterator<Item = DVec3>) -> [DVec3; 2] {
     let start = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-    points.iter().fold(start, |[low, high], &p| [low.min(p), high.max(p)])
+    points.into_iter().fold(start, |[low, high], p| [low.min(p), high.max(p)])
 }
