@@ -68,7 +68,8 @@ impl EffectArguments {
                 EffectName::Falloff => scene.render.falloff = true,
                 EffectName::Shadows | EffectName::SoftShadows => match &mut scene.sun {
                     Some(sun) => {
-                        if !std::mem::replace(&mut sun.shadows, true) {
+                        sun.shadows = true;
+                        if scene.surfaces.hierarchy.is_none() {
                             scene.surfaces.build_hierarchy();
                         }
                         if effect == EffectName::SoftShadows && sun.angular_diameter.as_degrees() == 0.0 {

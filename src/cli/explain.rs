@@ -5,24 +5,15 @@
 
 use super::effects::EffectArguments;
 use super::input::{self, MemoryArguments, SceneArguments};
-use super::progress::Progress;
-use super::stats::{self, median};
+use super::probe::{self, PROBE, Probe};
+use super::stats;
 use super::values::{Pixels, Positive};
 use super::{interrupt, optics_words, report};
 use groundglass::error::Result;
-use groundglass::picture::Exposure;
 use groundglass::plan::RenderPlan;
-use groundglass::render::{Execution, render};
-use groundglass::scene::{Budget, EffectChoice, EffectName, EffectSet, Scene};
+use groundglass::render::Execution;
+use groundglass::scene::{Budget, EffectName, EffectSet, Scene};
 use serde::Serialize;
-use std::time::Instant;
-
-/// Width and samples of the small pictures.
-const PROBE: (u32, u32) = (160, 64);
-
-/// How often two pictures are timed at least, and at most while it takes no longer than this in all.
-const TIMES: [usize; 2] = [5, 40];
-const SECONDS: f64 = 0.25;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -82,7 +73,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let memory = input.room();
     let explanation = interrupt::polled(|cancel| {
         explain(
-            &scene,
+            &mut scene,
             Execution { threads: Some(threads), memory, cancel: Some(cancel), ..Execution::default() },
         )
     })
@@ -90,39 +81,43 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     if arguments.json { report::print_json(&explanation) } else { report::print(&words(&explanation)) }
 }
 
-fn explain(scene: &Scene, execution: Execution<'_>) -> Result<Explanation> {
+fn explain(scene: &mut Scene, execution: Execution<'_>) -> Result<Explanation> {
     let plan = RenderPlan::new(scene);
-    let mut small = scene.clone();
-    let height = f64::from(scene.render.height) * f64::from(PROBE.0) / f64::from(scene.render.width);
-    (small.render.width, small.render.height) = (PROBE.0, (height.round() as u32).clamp(1, 4 * PROBE.0));
-    small.render.budget = Budget::Samples(PROBE.1);
-    // Nothing can be measured where the picture would be refused.
-    let can_render = !scene.optics.film_reaches_aperture();
-    let base = if can_render { Some(Probe::new(&small, plan.active(), execution)?) } else { None };
-    let mut effects = Vec::new();
-    let progress = Progress::with_lines();
-    for (name, effect) in EffectName::ALL.into_iter().zip(plan.effects()) {
-        progress.tell("measuring", effects.len() as u64, plan.effects().len() as u64);
-        let measured = match (&base, other(&small, plan.active(), name)) {
-            _ if is_absent(&plan, scene, name) => Some(([0.0; 2], [0.0; 2])),
-            (Some(base), Some((small, active))) => {
-                let other = Probe::new(&small, active, execution)?;
-                // Soft shadows beside hard ones, also where there are none.
-                let hard;
-                let base = if name == EffectName::SoftShadows && !plan.active().has(EffectName::Shadows) {
-                    hard = Probe::new(&small, active.set(name, false), execution)?;
-                    &hard
-                } else {
-                    base
-                };
-                let [more, error] = extra_time(base, &other, execution)?;
+    let (active, scene_hash) = (plan.active(), scene.hash());
+    let absent = EffectName::ALL.map(|name| is_absent(&plan, scene, name));
+    // What each effect is measured by: the places of two pictures, if the scene can have it.
+    let (mut probes, mut pairs) = (vec![Probe::new(scene, active)], Vec::new());
+    for (name, absent) in EffectName::ALL.into_iter().zip(absent) {
+        // Nothing can be measured where the picture would be refused.
+        let found =
+            if absent || scene.optics.film_reaches_aperture() { None } else { other(scene, active, name) };
+        pairs.push(found.map(|other| {
+            // Soft shadows beside hard ones, also where there are none.
+            let base = if name == EffectName::SoftShadows && !active.has(EffectName::Shadows) {
+                probes.push(other.without(name));
+                probes.len() - 1
+            } else {
+                0
+            };
+            probes.push(other);
+            [base, probes.len() - 1]
+        }));
+    }
+    if pairs.iter().any(Option::is_some) {
+        probe::measure(scene, &mut probes, execution)?;
+    }
+    let effects = plan.effects().iter().zip(absent).zip(pairs).map(|((effect, absent), pair)| {
+        let measured = match pair.map(|pair| pair.map(|place| &probes[place])) {
+            _ if absent => Some(([0.0; 2], [0.0; 2])),
+            Some([base, other]) => {
+                let [more, error] = base.extra_time(other);
                 let cost = if effect.active { 0.0 - more } else { more };
                 let known = if cost.abs() <= error { 0.0 } else { cost };
-                Some(([known, cost + error], base.change(&other)))
+                Some(([known, cost + error], base.change(other)))
             }
-            _ => None,
+            None => None,
         };
-        effects.push(Row {
+        Row {
             effect: effect.effect,
             active: effect.active,
             because: effect.because.clone(),
@@ -130,13 +125,12 @@ fn explain(scene: &Scene, execution: Execution<'_>) -> Result<Explanation> {
             cost_at_most: measured.map(|([_, most], _)| most),
             change_rms: measured.map(|(_, [change, _])| change),
             change_rms_at_most: measured.map(|(_, [_, most])| most),
-        });
-    }
-    progress.finish();
+        }
+    });
     Ok(Explanation {
         tolerance_rms: plan.tolerance(),
-        effects,
-        scene_hash: scene.hash(),
+        effects: effects.collect(),
+        scene_hash,
         version: env!("CARGO_PKG_VERSION"),
     })
 }
@@ -147,71 +141,18 @@ fn is_absent(plan: &RenderPlan, scene: &Scene, name: EffectName) -> bool {
     of_materials && !plan.active().has(name) && !scene.render.effects.without.has(name)
 }
 
-/// The scene with what is compared: an active effect left out; another one added, as `--with` does. None where the scene
+/// What the scene is compared with: an active effect left out; another one added, as `--with` does. None where the scene
 /// cannot have it.
-fn other(scene: &Scene, active: EffectSet, name: EffectName) -> Option<(Scene, EffectSet)> {
-    let mut scene = scene.clone();
+fn other(scene: &mut Scene, active: EffectSet, name: EffectName) -> Option<Probe> {
     if active.has(name) {
-        return Some((scene, active.set(name, false)));
+        return Some(Probe::new(scene, active.set(name, false)));
     }
-    EffectArguments { with: vec![name], ..EffectArguments::default() }.apply(&mut scene).ok()?;
+    let before = (scene.render, scene.sun);
+    let with = EffectArguments { with: vec![name], ..EffectArguments::default() }.apply(scene);
     let active = if name == EffectName::SoftShadows { active.set(EffectName::Shadows, true) } else { active };
-    Some((scene, active.set(name, true)))
-}
-
-/// A small scene with some of its effects, and two pictures of it, of different samples.
-struct Probe {
-    scene: Scene,
-    pictures: [Exposure; 2],
-}
-
-impl Probe {
-    fn new(scene: &Scene, active: EffectSet, execution: Execution<'_>) -> Result<Self> {
-        let mut scene = scene.clone();
-        let inactive = active.others();
-        scene.render.effects = EffectChoice { all: false, with: active, without: inactive };
-        let mut twin = scene.clone();
-        twin.render.seed = scene.render.seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let pictures = [render(&scene, execution)?.0, render(&twin, execution)?.0];
-        Ok(Self { scene, pictures })
-    }
-
-    /// The RMS difference, chance left out; and what it is at most.
-    fn change(&self, other: &Self) -> [f64; 2] {
-        let [ours, theirs] = [self, other].map(|probe| probe.pictures.each_ref());
-        Exposure::rms_change(ours, theirs, self.scene.render.exposure_ev)
-    }
-
-    fn seconds(&self, execution: Execution<'_>) -> Result<f64> {
-        let start = Instant::now();
-        render(&self.scene, execution)?;
-        Ok(start.elapsed().as_secs_f64())
-    }
-}
-
-/// How much longer than the first picture the second takes, as a part of the first's time, and three standard errors of that. They are
-/// drawn by turns, so that what slows the machine down slows both.
-fn extra_time(first: &Probe, second: &Probe, execution: Execution<'_>) -> Result<[f64; 2]> {
-    let (mut times, mut differences) = (Vec::new(), Vec::new());
-    let start = Instant::now();
-    while times.len() < TIMES[0] || times.len() < TIMES[1] && start.elapsed().as_secs_f64() < SECONDS {
-        // Each goes first every other time.
-        let (a, b) = if times.len() % 2 == 0 {
-            let a = first.seconds(execution)?;
-            (a, second.seconds(execution)?)
-        } else {
-            let b = second.seconds(execution)?;
-            (first.seconds(execution)?, b)
-        };
-        times.push(a);
-        differences.push(b - a);
-    }
-    let more = median(&mut differences);
-    let mut far: Vec<f64> = differences.iter().map(|difference| (difference - more).abs()).collect();
-    // Of normal noise: its standard deviation from the median distance, and the error of a median of so many.
-    let error = 1.4826 * median(&mut far) * 1.2533 / (differences.len() as f64).sqrt();
-    let time = median(&mut times);
-    Ok([more / time, 3.0 * error / time])
+    let probe = Probe::new(scene, active.set(name, true));
+    (scene.render, scene.sun) = before;
+    with.is_ok().then_some(probe)
 }
 
 /// In parentheses what would be, and is not.

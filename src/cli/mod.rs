@@ -16,6 +16,7 @@ mod optics;
 mod optics_json;
 mod optics_words;
 mod output;
+mod probe;
 mod progress;
 mod render;
 mod replay;

@@ -1,0 +1,104 @@
+//! Small pictures of a scene with and without effects: what each takes, and what it changes.
+//!
+//! All are drawn by turns, round after round: what slows the machine down for a while slows all of a round.
+
+use super::progress::Progress;
+use super::stats::median;
+use groundglass::error::Result;
+use groundglass::picture::Exposure;
+use groundglass::render::{Execution, render};
+use groundglass::scene::{Budget, EffectChoice, EffectName, EffectSet, PictureSettings, Scene, Sun};
+use std::time::Instant;
+
+/// Width and samples of the small pictures.
+pub(super) const PROBE: (u32, u32) = (160, 64);
+
+/// How often each is drawn at least, and at most while that takes no longer than this for each.
+const ROUNDS: [usize; 2] = [5, 40];
+const SECONDS: f64 = 0.25;
+
+/// What is added to the seed of every other round: what two rounds have in common is not chance.
+const TWIN: u64 = 0x9e37_79b9_7f4a_7c15;
+
+/// A small picture of a scene with some of its effects.
+pub(super) struct Probe {
+    settings: PictureSettings,
+    sun: Option<Sun>,
+    /// Of the first two rounds, of different samples.
+    pictures: Vec<Exposure>,
+    /// What it took, round by round.
+    seconds: Vec<f64>,
+}
+
+impl Probe {
+    /// Of the scene as it is now, but for the effects.
+    pub(super) fn new(scene: &Scene, active: EffectSet) -> Self {
+        let mut settings = scene.render;
+        let height = f64::from(settings.height) * f64::from(PROBE.0) / f64::from(settings.width);
+        (settings.width, settings.height) = (PROBE.0, (height.round() as u32).clamp(1, 4 * PROBE.0));
+        settings.budget = Budget::Samples(PROBE.1);
+        settings.effects = EffectChoice { all: false, with: active, without: active.others() };
+        Self { settings, sun: scene.sun, pictures: Vec::new(), seconds: Vec::new() }
+    }
+
+    /// The same without this effect.
+    pub(super) fn without(&self, effect: EffectName) -> Self {
+        let mut settings = self.settings;
+        let active = settings.effects.with.set(effect, false);
+        settings.effects = EffectChoice { all: false, with: active, without: active.others() };
+        Self { settings, sun: self.sun, pictures: Vec::new(), seconds: Vec::new() }
+    }
+
+    fn draw(&mut self, scene: &mut Scene, round: usize, execution: Execution<'_>) -> Result<()> {
+        (scene.render, scene.sun) = (self.settings, self.sun);
+        if round % 2 == 1 {
+            scene.render.seed = scene.render.seed.wrapping_add(TWIN);
+        }
+        let start = Instant::now();
+        let (picture, _) = render(scene, execution)?;
+        self.seconds.push(start.elapsed().as_secs_f64());
+        if round < 2 {
+            self.pictures.push(picture);
+        }
+        Ok(())
+    }
+
+    /// How much longer than this the other takes, as a part of this one's time, and three standard errors of that.
+    pub(super) fn extra_time(&self, other: &Self) -> [f64; 2] {
+        let mut differences: Vec<f64> = self.seconds.iter().zip(&other.seconds).map(|(a, b)| b - a).collect();
+        let more = median(&mut differences);
+        let mut far: Vec<f64> = differences.iter().map(|difference| (difference - more).abs()).collect();
+        // Of normal noise: its standard deviation from the median distance, and the error of a median of so many.
+        let error = 1.4826 * median(&mut far) * 1.2533 / (differences.len() as f64).sqrt();
+        let time = median(&mut self.seconds.clone());
+        [more / time, 3.0 * error / time]
+    }
+
+    /// The RMS difference of the two, chance left out; and what it is at most.
+    pub(super) fn change(&self, other: &Self) -> [f64; 2] {
+        match (&self.pictures[..], &other.pictures[..]) {
+            ([a, b], [c, d]) => Exposure::rms_change([a, b], [c, d], self.settings.exposure_ev),
+            _ => [0.0, f64::INFINITY],
+        }
+    }
+}
+
+/// Draws all probes of the scene, whose settings and sun it changes.
+pub(super) fn measure(scene: &mut Scene, probes: &mut [Probe], execution: Execution<'_>) -> Result<()> {
+    let progress = Progress::with_lines();
+    let (start, count) = (Instant::now(), probes.len());
+    let may_take = SECONDS * count as f64;
+    let mut round = 0;
+    while round < ROUNDS[0] || round < ROUNDS[1] && start.elapsed().as_secs_f64() < may_take {
+        for place in 0..count {
+            let done = round * count + place;
+            progress.tell("measuring", done as u64, (count * ROUNDS[0]).max(done) as u64);
+            // The first of one round is the last of the next.
+            let place = if round % 2 == 0 { place } else { count - 1 - place };
+            probes[place].draw(scene, round, execution)?;
+        }
+        round += 1;
+    }
+    progress.finish();
+    Ok(())
+}
