@@ -7,7 +7,7 @@
 //! negative, and `1/w = l0 + l1 + l2` orders depth.
 
 use glam::{DMat3, DVec2, DVec3};
-use groundglass::optics::Ray;
+use groundglass::optics::{Projection, Ray};
 use groundglass::sampling::{self, ApertureShape, Diffraction};
 use groundglass::scene::{Budget, NONE, Scene, Texture};
 use std::sync::{Arc, Mutex};
@@ -189,9 +189,9 @@ fn texel_alpha(scene: &Scene, t: usize, w: DVec3) -> f64 {
         .fold(1.0, f64::min)
 }
 
-/// Where the line through a lens point and a point of the film meets the plane of triangle `t`; none where the triangle is edge-on.
-fn meet(scene: &Scene, t: usize, lens: DVec2, film: DVec2) -> Option<Hit> {
-    let matrix = scene.optics.projection_from_world(lens.x, lens.y);
+/// Where the line through the lens point of a projection and a point of the film meets the plane of triangle `t`; none where the
+/// triangle is edge-on.
+fn meet(scene: &Scene, t: usize, matrix: &Projection, film: DVec2) -> Option<Hit> {
     let clip = scene.surfaces.corners(t).map(|c| {
         let c = matrix.project(c);
         DVec3::new(c.x, c.y, c.w)
@@ -216,8 +216,9 @@ fn see(scene: &Scene, lens: DVec2, film: DVec2) -> (Option<Hit>, bool) {
     let mut best: Option<Hit> = None;
     // What is behind what is seen can be in doubt and change nothing.
     let mut nearest_doubt = 0.0f64;
+    let matrix = optics.projection_from_world(lens.x, lens.y);
     for t in 0..scene.surfaces.triangles.len() {
-        let Some(hit) = meet(scene, t, lens, film) else { continue };
+        let Some(hit) = meet(scene, t, &matrix, film) else { continue };
         let Hit { weights, dx, dy, inverse_w, .. } = hit;
         let corners = scene.surfaces.corners(t);
         // How far the nearest edge is, in pixels.
@@ -261,7 +262,7 @@ fn see(scene: &Scene, lens: DVec2, film: DVec2) -> (Option<Hit>, bool) {
 fn radiance(scene: &Scene, sample: &Seen, (lens, film): (DVec2, DVec2)) -> (DVec3, bool, f64) {
     match &sample.hit {
         Some(hit) => {
-            let levels = meet(scene, hit.triangle, lens, film);
+            let levels = meet(scene, hit.triangle, &scene.optics.projection_from_world(lens.x, lens.y), film);
             shade(
                 scene,
                 (hit, levels.as_ref().unwrap_or(hit)),
