@@ -73,34 +73,41 @@ fn pictured(items: &[Item]) -> f64 {
 }
 
 #[test]
-fn the_three_painters_agree() {
+fn the_three_painters_agree_in_print() {
+    painters_agree("print", Theme::PRINT);
+}
+
+#[test]
+fn the_three_painters_agree_in_the_dark() {
+    painters_agree("dark", Theme::DARK);
+}
+
+fn painters_agree(name: &str, theme: Theme) {
     for file in book() {
-        for (name, theme) in [("print", Theme::PRINT), ("dark", Theme::DARK)] {
-            let figure = draw(&file, theme);
-            let what = format!("{} {name}", file.file_name().unwrap().to_string_lossy());
-            let (width, height, pixels) = figure.to_pixels(SCALE).unwrap();
-            let svg = from_svg(&figure.to_svg().unwrap(), width, height);
-            let list = figure.display_list();
-            let part = pictured(&list.items) / (list.page[0] * list.page[1]);
-            let paths = from_pdf(figure.to_pdf_with(TextAs::Paths).unwrap(), width, height);
-            let text = from_pdf(figure.to_pdf().unwrap(), width, height);
-            for (painter, other) in [("SVG", &svg), ("PDF, paths", &paths), ("PDF, text", &text)] {
-                let (mean, share) = compare(&pixels, other);
-                println!("{what}, {painter}: mean {mean:.3}, share {share:.6}");
-                // resvg fills as our pixels do. The SVG has outlines to 0.001 mm and, for short files, letters' places to 0.01 mm:
-                // an edge is off by at most 0.033 of a pixel, 8 of 255, and letters' edges are some 2 % of a page (measured: at
-                // most 0.15). A picture is scaled by either's own filter (0.18 where it
-                // covers two fifths of the page, 0.30 where two cover three quarters). hayro has another rasterizer, whose edges
-                // differ by up to a quarter of a step (0.80), and a filter of its own for pictures (1.35).
-                let (most, seen) = match (painter, part) {
-                    ("SVG", 0.0) => (0.16, 2e-4),
-                    ("SVG", part) if part < 0.5 => (0.2, 2e-4),
-                    ("SVG", _) => (0.35, 2e-4),
-                    (_, part) if part < 0.5 => (1.0, 1e-3),
-                    _ => (1.6, 2.5e-3),
-                };
-                assert!(mean < most && share < seen, "{what}, {painter}: mean {mean}, share {share}");
-            }
+        let figure = draw(&file, theme);
+        let what = format!("{} {name}", file.file_name().unwrap().to_string_lossy());
+        let (width, height, pixels) = figure.to_pixels(SCALE).unwrap();
+        let svg = from_svg(&figure.to_svg().unwrap(), width, height);
+        let list = figure.display_list();
+        let part = pictured(&list.items) / (list.page[0] * list.page[1]);
+        let paths = from_pdf(figure.to_pdf_with(TextAs::Paths).unwrap(), width, height);
+        let text = from_pdf(figure.to_pdf().unwrap(), width, height);
+        for (painter, other) in [("SVG", &svg), ("PDF, paths", &paths), ("PDF, text", &text)] {
+            let (mean, share) = compare(&pixels, other);
+            println!("{what}, {painter}: mean {mean:.3}, share {share:.6}");
+            // resvg fills as our pixels do. The SVG has outlines to 0.001 mm and, for short files, letters' places to 0.01 mm:
+            // an edge is off by at most 0.033 of a pixel, 8 of 255, and letters' edges are some 2 % of a page (measured: at
+            // most 0.15). A picture is scaled by either's own filter (0.18 where it
+            // covers two fifths of the page, 0.30 where two cover three quarters). hayro has another rasterizer, whose edges
+            // differ by up to a quarter of a step (0.80), and a filter of its own for pictures (1.35).
+            let (most, seen) = match (painter, part) {
+                ("SVG", 0.0) => (0.16, 2e-4),
+                ("SVG", part) if part < 0.5 => (0.2, 2e-4),
+                ("SVG", _) => (0.35, 2e-4),
+                (_, part) if part < 0.5 => (1.0, 1e-3),
+                _ => (1.6, 2.5e-3),
+            };
+            assert!(mean < most && share < seen, "{what}, {painter}: mean {mean}, share {share}");
         }
     }
 }
