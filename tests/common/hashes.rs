@@ -1,5 +1,5 @@
 //! Hashes of what the library makes: answers, figures, pictures. In: how to render; out: lines of name and hash. Every
-//! build on every platform gives the same lines (`tests/same_bytes.rs`, `examples/same_bytes.rs`, `tests/wasm`).
+//! build on every platform gives the same lines (`tests/same_bytes.rs`, `examples/same_bytes.rs`, `tests/builds`).
 
 use groundglass::diagram::{Changes, FigureFile, KINDS};
 use groundglass::glam::{DVec3, Vec3};
