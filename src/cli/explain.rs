@@ -87,20 +87,19 @@ fn explain(scene: &mut Scene, execution: Execution<'_>) -> Result<Explanation> {
     let absent = EffectName::ALL.map(|name| is_absent(&plan, scene, name));
     // What each effect is measured by: the places of two pictures, if the scene can have it.
     let (mut probes, mut pairs) = (vec![Probe::new(scene, active)], Vec::new());
+    // Soft shadows are compared with hard ones, also where there are none.
+    let mut hard = 0;
     for (name, absent) in EffectName::ALL.into_iter().zip(absent) {
         // Nothing can be measured where the picture would be refused.
         let found =
             if absent || scene.optics.film_reaches_aperture() { None } else { other(scene, active, name) };
         pairs.push(found.map(|other| {
-            // Soft shadows beside hard ones, also where there are none.
-            let base = if name == EffectName::SoftShadows && !active.has(EffectName::Shadows) {
-                probes.push(other.without(name));
-                probes.len() - 1
-            } else {
-                0
-            };
             probes.push(other);
-            [base, probes.len() - 1]
+            let place = probes.len() - 1;
+            if name == EffectName::Shadows && !active.has(name) {
+                hard = place;
+            }
+            [if name == EffectName::SoftShadows { hard } else { 0 }, place]
         }));
     }
     if pairs.iter().any(Option::is_some) {

@@ -7,7 +7,7 @@ use super::stats::median;
 use groundglass::error::Result;
 use groundglass::picture::Exposure;
 use groundglass::render::{Execution, render};
-use groundglass::scene::{Budget, EffectChoice, EffectName, EffectSet, PictureSettings, Scene, Sun};
+use groundglass::scene::{Budget, EffectChoice, EffectSet, PictureSettings, Scene, Sun};
 use std::time::Instant;
 
 /// Width and samples of the small pictures.
@@ -39,14 +39,6 @@ impl Probe {
         settings.budget = Budget::Samples(PROBE.1);
         settings.effects = EffectChoice { all: false, with: active, without: active.others() };
         Self { settings, sun: scene.sun, pictures: Vec::new(), seconds: Vec::new() }
-    }
-
-    /// The same without this effect.
-    pub(super) fn without(&self, effect: EffectName) -> Self {
-        let mut settings = self.settings;
-        let active = settings.effects.with.set(effect, false);
-        settings.effects = EffectChoice { all: false, with: active, without: active.others() };
-        Self { settings, sun: self.sun, pictures: Vec::new(), seconds: Vec::new() }
     }
 
     fn draw(&mut self, scene: &mut Scene, round: usize, execution: Execution<'_>) -> Result<()> {
