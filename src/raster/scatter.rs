@@ -26,6 +26,8 @@ pub(super) struct LaneBoxes {
     pub union: [i32; 4],
     /// Patches that drawing lane by lane would visit.
     pub patches: i32,
+    /// The lens points that have any.
+    some: u64,
 }
 
 /// Lens point by lens point, the first and last column and row of blocks whose sample can lie in a triangle; none where a last
@@ -93,6 +95,7 @@ impl<S: Simd> Ranges<S> {
             y1: y1.to_array(),
             union,
             patches,
+            some: some.to_bitmask(),
         }
     }
 }
@@ -140,49 +143,53 @@ pub(super) fn draw<S: Simd>(
     let column = f32x16::load_array(simd, COLUMN);
     let row = f32x16::load_array(simd, ROW);
     let step = functions.step;
-    let live = functions.live.to_bitmask();
     let [a0, ax, ay] = arrays(functions.a);
     let [b0, bx, by] = arrays(functions.b);
     let [c0, cx, cy] = arrays(functions.c);
     let [z0, zx, zy] = arrays(functions.z);
-    for lane in 0..LANES {
+    // By mask: whether the next lens point has blocks nothing foresees.
+    let mut rest = functions.live.to_bitmask() & boxes.some;
+    while rest != 0 {
+        let lane = rest.trailing_zeros() as usize % LANES;
+        rest &= rest - 1;
         let (x0, x1, y0, y1) = (boxes.x0[lane], boxes.x1[lane], boxes.y0[lane], boxes.y1[lane]);
-        if live >> lane & 1 == 0 || x0 > x1 {
-            continue;
-        }
         let mut top = y0;
-        while top <= y1 {
+        loop {
             let y = (row + top as f32) * step.1 - half;
             let (ra, rb) = (y * ay[lane] + a0[lane], y * by[lane] + b0[lane]);
             let (rc, rz) = (y * cy[lane] + c0[lane], y * zy[lane] + z0[lane]);
             let rows = (1 << (PATCH * (y1 - top + 1).min(PATCH))) - 1;
             let mut left = x0;
-            while left <= x1 {
+            loop {
                 let x = (column + left as f32) * step.0 - half;
                 let hit = (x * ax[lane] + ra).simd_ge(zero)
                     & (x * bx[lane] + rb).simd_ge(zero)
                     & (x * cx[lane] + rc).simd_ge(zero);
                 let columns = 0x1111 * ((1 << (x1 - left + 1).min(PATCH)) - 1);
                 let mut bits = hit.to_bitmask() & rows & columns;
-                if bits != 0 {
-                    let z = (x * zx[lane] + rz).to_array();
-                    while bits != 0 {
-                        let bit = bits.trailing_zeros() as usize % LANES;
-                        bits &= bits - 1;
-                        let (column, row) = (left as usize + bit % 4, top as usize + bit / 4);
-                        let at = row * seen.columns + column;
-                        if let (Some(depth), Some(ids)) = (seen.depth.get_mut(at), seen.id.get_mut(at))
-                            && z[bit] > depth[lane]
-                        {
-                            depth[lane] = z[bit];
-                            ids[lane] = id;
-                            seen.touch(column / REGION, row / REGION);
-                        }
+                let z = if bits == 0 { [0.0; LANES] } else { (x * zx[lane] + rz).to_array() };
+                while bits != 0 {
+                    let bit = bits.trailing_zeros() as usize % LANES;
+                    bits &= bits - 1;
+                    let (column, row) = (left as usize + bit % 4, top as usize + bit / 4);
+                    let at = row * seen.columns + column;
+                    if let (Some(depth), Some(ids)) = (seen.depth.get_mut(at), seen.id.get_mut(at))
+                        && z[bit] > depth[lane]
+                    {
+                        depth[lane] = z[bit];
+                        ids[lane] = id;
+                        seen.touch(column / REGION, row / REGION);
                     }
                 }
                 left += PATCH;
+                if left > x1 {
+                    break;
+                }
             }
             top += PATCH;
+            if top > y1 {
+                break;
+            }
         }
     }
 }
