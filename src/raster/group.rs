@@ -40,12 +40,6 @@ impl Group {
         batches_of(self.lanes)
     }
 
-    /// Its samples of batch `number` as a group of their own.
-    #[inline(always)]
-    pub(crate) fn part(&self, number: usize) -> Self {
-        Self { lanes: self.lanes & 0xffff << (LANES * number), ..*self }
-    }
-
     /// Its lanes of batch `number`.
     #[inline(always)]
     pub(crate) fn lanes_of(&self, number: usize) -> u16 {

@@ -198,16 +198,15 @@ impl<'a, S: Simd> Textured<'a, S> {
             let i = rest.trailing_zeros() as usize % LANES;
             rest &= rest - 1;
             let Some(group) = groups.get(i) else { continue };
-            sparse[i] = group.lanes;
-            for number in group.batches() {
-                let (lanes, Some(batch)) = (group.lanes_of(number), self.samples.batches.get(number)) else {
-                    continue;
-                };
-                if lanes.count_ones() >= DENSE {
-                    let at = self.places(simd, group, (number, batch));
-                    look_ups.waiting.add(simd, choice, at, (i as u8, lanes, batch.odd), reads);
-                    sparse[i] &= !group.part(number).lanes;
-                }
+            let mut dense = dense_batches(group.lanes);
+            sparse[i] = group.lanes & !((dense >> (LANES - 1)) * 0xffff);
+            while dense != 0 {
+                let number = dense.trailing_zeros() as usize / LANES;
+                dense &= dense - 1;
+                let Some(batch) = self.samples.batches.get(number) else { continue };
+                let at = self.places(simd, group, (number, batch));
+                let lanes = group.lanes_of(number);
+                look_ups.waiting.add(simd, choice, at, (i as u8, lanes, batch.odd), reads);
             }
         }
         look_ups.waiting.fetch(simd, choice, reads);
@@ -239,6 +238,18 @@ impl<'a, S: Simd> Textured<'a, S> {
         }
         waiting.fetch_packed(simd, choice, slope.is_some(), reads);
     }
+}
+
+/// The highest lane of each batch of which half or more are among `lanes`: counted for all batches at once, since which have so many
+/// nothing foresees.
+#[inline(always)]
+fn dense_batches(lanes: u64) -> u64 {
+    const EACH: u64 = 0x0001_0001_0001_0001;
+    let twos = lanes - ((lanes >> 1) & (0x5555 * EACH));
+    let fours = (twos & (0x3333 * EACH)) + ((twos >> 2) & (0x3333 * EACH));
+    let eights = (fours + (fours >> 4)) & (0x0f0f * EACH);
+    let counts = (eights + (eights >> 8)) & (0x00ff * EACH);
+    (counts + (0x8000 - u64::from(DENSE)) * EACH) & (0x8000 * EACH)
 }
 
 /// The lanes of those groups that are in the mask `which`, none of the others.
@@ -338,6 +349,22 @@ mod tests {
     }
 
     #[test]
+    fn dense_batches_have_half_of_their_lanes() {
+        let wanted = |lanes: u64| {
+            let dense =
+                (0..BATCHES).filter(|number| ((lanes >> (LANES * number)) as u16).count_ones() >= DENSE);
+            dense.fold(0, |all, number| all | 0x8000 << (LANES * number))
+        };
+        for lanes in [0, 1, u64::MAX, 0x00ff_7f00_ff80_01fe, 0xfe01_8000_ffff_5554, 0x5555_aaaa_7777_1111] {
+            assert_eq!(dense_batches(lanes), wanted(lanes), "{lanes:x}");
+        }
+        for seed in 0..1000 {
+            let lanes = (0..64).fold(0, |all, bit| all | u64::from(random(64 * seed + bit) < 0.5) << bit);
+            assert_eq!(dense_batches(lanes), wanted(lanes), "{lanes:x}");
+        }
+    }
+
+    #[test]
     fn packed_samples_read_what_they_read_alone() {
         let noise = texture(|x, y| random((64 * y + x) as usize));
         let some = groups(std::array::from_fn(|i| {
@@ -347,7 +374,8 @@ mod tests {
         for (i, &group) in some.iter().enumerate() {
             let mut alone = [Vec4::ZERO; 2];
             for number in group.batches() {
-                let one = reads(noise.clone(), &[group.part(number)]);
+                let part = Group { lanes: group.lanes & 0xffff << (LANES * number), ..group };
+                let one = reads(noise.clone(), &[part]);
                 alone = [alone[0] + one[0], alone[1] + one[1]];
             }
             for half in 0..2 {
