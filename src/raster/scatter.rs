@@ -154,42 +154,38 @@ pub(super) fn draw<S: Simd>(
         rest &= rest - 1;
         let (x0, x1, y0, y1) = (boxes.x0[lane], boxes.x1[lane], boxes.y0[lane], boxes.y1[lane]);
         let mut top = y0;
-        loop {
+        while top <= y1 {
             let y = (row + top as f32) * step.1 - half;
             let (ra, rb) = (y * ay[lane] + a0[lane], y * by[lane] + b0[lane]);
             let (rc, rz) = (y * cy[lane] + c0[lane], y * zy[lane] + z0[lane]);
             let rows = (1 << (PATCH * (y1 - top + 1).min(PATCH))) - 1;
             let mut left = x0;
-            loop {
+            while left <= x1 {
                 let x = (column + left as f32) * step.0 - half;
                 let hit = (x * ax[lane] + ra).simd_ge(zero)
                     & (x * bx[lane] + rb).simd_ge(zero)
                     & (x * cx[lane] + rc).simd_ge(zero);
                 let columns = 0x1111 * ((1 << (x1 - left + 1).min(PATCH)) - 1);
                 let mut bits = hit.to_bitmask() & rows & columns;
-                let z = if bits == 0 { [0.0; LANES] } else { (x * zx[lane] + rz).to_array() };
-                while bits != 0 {
-                    let bit = bits.trailing_zeros() as usize % LANES;
-                    bits &= bits - 1;
-                    let (column, row) = (left as usize + bit % 4, top as usize + bit / 4);
-                    let at = row * seen.columns + column;
-                    if let (Some(depth), Some(ids)) = (seen.depth.get_mut(at), seen.id.get_mut(at))
-                        && z[bit] > depth[lane]
-                    {
-                        depth[lane] = z[bit];
-                        ids[lane] = id;
-                        seen.touch(column / REGION, row / REGION);
+                if bits != 0 {
+                    let z = (x * zx[lane] + rz).to_array();
+                    while bits != 0 {
+                        let bit = bits.trailing_zeros() as usize % LANES;
+                        bits &= bits - 1;
+                        let (column, row) = (left as usize + bit % 4, top as usize + bit / 4);
+                        let at = row * seen.columns + column;
+                        if let (Some(depth), Some(ids)) = (seen.depth.get_mut(at), seen.id.get_mut(at))
+                            && z[bit] > depth[lane]
+                        {
+                            depth[lane] = z[bit];
+                            ids[lane] = id;
+                            seen.touch(column / REGION, row / REGION);
+                        }
                     }
                 }
                 left += PATCH;
-                if left > x1 {
-                    break;
-                }
             }
             top += PATCH;
-            if top > y1 {
-                break;
-            }
         }
     }
 }
