@@ -16,8 +16,8 @@ use super::film::TileFilm;
 use super::setup::{Bilinear, Block};
 use super::tile::Spans;
 use super::view::Batch;
-use super::visibility::{PATIENCE, Visibility};
-use super::{LANES, TILE, regions, scatter};
+use super::visibility::Visibility;
+use super::{LANES, regions, scatter};
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16};
 
@@ -67,7 +67,7 @@ pub(super) struct Functions<S: Simd> {
     pub b: [f32x16<S>; 3],
     pub c: [f32x16<S>; 3],
     pub z: [f32x16<S>; 3],
-    /// Lanes that are in use, do not see the triangle edge-on and may see it at all.
+    /// Lanes that are in use and do not see the triangle edge-on.
     pub live: mask32x16<S>,
     /// The size of a block in pixels.
     pub step: (f32, f32),
@@ -92,7 +92,7 @@ fn cover_all<S: Simd>(
     seen: &mut Visibility,
     opaque: &Opaque<'_>,
 ) {
-    seen.raise_floor(simd, 1);
+    seen.raise_floor(simd);
     let floor = f32x16::load_array_ref(simd, &seen.floor);
     let live = mask32x16::from_bitmask(simd, u64::from(batch.live));
     let floor = live.select(floor, f32x16::splat(simd, f32::INFINITY)).reduce_min();
@@ -143,18 +143,6 @@ fn cover_one<S: Simd>(
     let step = (size.0 as f32, size.1 as f32);
     let is = |mask: u16| mask >> lane & 1 == 1;
 
-    let [plane, plane_u, plane_v] = block.plane.map(|part| part[lane]);
-    let distance = u * plane_u + v * plane_v + plane;
-    // Edge-on for this lens point: no sample of the lane can meet it.
-    let live = mask32x16::from_bitmask(simd, u64::from(batch.live)) & distance.simd_ne(zero);
-    let z = at_lens(simd, &block.facing, lane, batch, one / distance);
-    seen.raise_floor(simd, PATIENCE);
-    let floor = f32x16::load_array_ref(simd, &seen.floor);
-    let live = live & nearest(simd, z, step, spans.blocks[lane]).simd_gt(floor);
-    if !live.any_true() {
-        return;
-    }
-
     let visit = Visit {
         triangle: block.triangles[lane],
         id: block.ids[lane],
@@ -167,17 +155,23 @@ fn cover_one<S: Simd>(
     let mut boxes = None;
     if is(block.imaged) && (x1 - x0 + 1) * (y1 - y0 + 1) > FEW {
         // Where each lens point sees the triangle: tighter than any box that was made beforehand.
-        let found = scatter::ranges(simd, &block.corners, lane, batch, size, blocks).boxes(simd);
-        let [x0, x1, y0, y1] = found.union;
-        if x0 > x1 || y0 > y1 {
+        let found = scatter::ranges(simd, &block.corners, lane, batch, size, blocks);
+        if !found.some().any_true() {
             return;
         }
+        let found = found.boxes(simd);
+        let [x0, x1, y0, y1] = found.union;
         blocks = found.union;
         // Small triangles far apart for different lens points: one lens point and 16 blocks at a time.
         if !visit.cutout && visit.near.is_none() && 6 * found.patches < (x1 - x0 + 1) * (y1 - y0 + 1) {
             boxes = Some(found);
         }
     }
+    let [plane, plane_u, plane_v] = block.plane.map(|part| part[lane]);
+    let distance = u * plane_u + v * plane_v + plane;
+    // Edge-on for this lens point: no sample of the lane can meet it.
+    let live = mask32x16::from_bitmask(simd, u64::from(batch.live)) & distance.simd_ne(zero);
+    let z = at_lens(simd, &block.facing, lane, batch, one / distance);
     let side = live.select(one.copysign(distance), zero);
     let edges = &block.edges;
     let functions = Functions {
@@ -196,18 +190,6 @@ fn cover_one<S: Simd>(
 
 /// So many blocks are visited sooner than narrowed down.
 const FEW: i32 = 12;
-
-/// The largest `1/t` at any of the blocks.
-#[inline(always)]
-fn nearest<S: Simd>(simd: S, [z0, zx, zy]: [f32x16<S>; 3], step: (f32, f32), blocks: [u8; 4]) -> f32x16<S> {
-    let half = 0.5 * TILE as f32;
-    let zero = f32x16::splat(simd, 0.0);
-    let place = |block: u8, step: f32| f32x16::splat(simd, f32::from(block) * step - half);
-    let [x0, x1, y0, y1] = blocks;
-    let x = zx.simd_ge(zero).select(place(x1, step.0), place(x0, step.0));
-    let y = zy.simd_ge(zero).select(place(y1, step.1), place(y0, step.1));
-    z0 + zy * y + zx * x
-}
 
 #[cfg(test)]
 mod tests {
