@@ -10,9 +10,9 @@
 //! and an edge's place is good to about 1e-5 of a pixel.
 
 use super::LANES;
-use super::film::{TileFilm, cross, minus, power_of_two_near};
+use super::film::{TileFilm, cross, minus};
 use crate::simd::at_level;
-use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, SimdNarrow, f64x8};
+use fearless_simd::{Bytes, Level, Select, Simd, SimdBase, SimdMask, SimdNarrow, f64x8, u32x16};
 use glam::DVec4;
 
 /// A function bilinear in lens point (1, u, v) and place in the tile (1, x, y): coefficients of
@@ -218,13 +218,14 @@ fn scaled<S: Simd>(simd: S, film: &TileFilm, e: &[f64x8<S>; 9]) -> [f64x8<S>; 9]
     ]
 }
 
+/// [`power_of_two_near`](super::film::power_of_two_near) for eight: of each number's upper half only the exponent counts.
 #[inline(always)]
 fn power_of_two<S: Simd>(simd: S, x: f64x8<S>) -> f64x8<S> {
-    let mut each = x.to_array();
-    for x in &mut each {
-        *x = power_of_two_near(*x);
-    }
-    f64x8::load_array(simd, each)
+    let upper = |half: u32| u32x16::load_array(simd, std::array::from_fn(|i| half * (i as u32 % 2)));
+    let exponent = x.bitcast::<u32x16<S>>() & upper(0x7ff << 20);
+    let last = upper(2046 << 20);
+    let alone = exponent.simd_eq(u32x16::splat(simd, 0)) | exponent.simd_ge(u32x16::splat(simd, 2046 << 20));
+    alone.select(upper(1023 << 20), last - exponent).bitcast()
 }
 
 /// What tests of set-up and of what goes before it share.
@@ -265,8 +266,21 @@ mod tests {
     use super::testing::{at, edges, triangles};
     use super::*;
     use crate::random::Random;
+    use crate::raster::film::power_of_two_near;
     use crate::raster::view::test_view;
     use crate::simd::SimdLevel;
+
+    #[test]
+    fn eight_powers_of_two_are_those_of_each() {
+        let each = [0.0, 1e-310, f64::MIN_POSITIVE, 0.7, 1.0, 1.999e9, f64::MAX, f64::INFINITY];
+        for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+            let found = at_level!(level.level(), simd => {
+                power_of_two(simd, f64x8::load_array(simd, each)).to_array()
+            });
+            assert_eq!(found, each.map(power_of_two_near), "{}", level.name());
+        }
+        assert_eq!(power_of_two_near(1.999e9) * 1.999e9, 1.999e9 / f64::from(1 << 30));
+    }
 
     #[test]
     fn what_is_passed_over_misses_the_tile_and_nothing_is_nearer_than_said() {
