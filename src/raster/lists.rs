@@ -183,6 +183,14 @@ impl TileLists {
             self.levels.get(at).map_or(&[][..], |level| level.lists.list(list(level)))
         });
         let mut count = 0;
+        if lists.iter().zip(&cursor.squares).all(|(list, &read)| read >= list.len()) {
+            // Mostly there are no squares.
+            let rest = own.get(cursor.own..).unwrap_or_default();
+            count = rest.len().min(out.len());
+            out[..count].copy_from_slice(&rest[..count]);
+            cursor.own += count;
+            return count;
+        }
         for out in out {
             let (mut first, mut from) = (own.get(cursor.own).copied(), LEVELS);
             for (at, list) in lists.iter().enumerate().take(self.levels.len()) {
