@@ -152,7 +152,12 @@ impl Samples<'_> {
     #[inline(always)]
     fn place(&self, group: &Group) -> Vec4 {
         let corner = self.corner(group);
-        self.means.mean(group.lanes) + Vec4::new(0.0, 0.0, corner.x, corner.y)
+        let mean = if self.single {
+            self.means.lane(group.lanes.trailing_zeros() as usize)
+        } else {
+            self.means.mean(group.lanes)
+        };
+        mean + Vec4::new(0.0, 0.0, corner.x, corner.y)
     }
 
     /// The mean places of up to 16 groups.
