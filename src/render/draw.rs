@@ -3,7 +3,7 @@
 //! In: a tile, the runs of samples that it is to get and in which regions, and its sums so far. Out: the sums with these samples,
 //! `sum += light` for the even and for the odd ones of each pixel, for [`super::resolve`]. Run by run: [`super::pattern`],
 //! [`super::diffraction`], `raster::tile` for each batch, `raster::group` for up to four at once, [`super::looks`], and
-//! `shade::run` or `shade::shadowed`. The callers are [`super::uniform`] and [`super::tile_round`].
+//! `shade::run`, `shade::single` or `shade::shadowed`. The callers are [`super::uniform`] and [`super::tile_round`].
 
 use super::border::{lanes_inside, regions_inside};
 use super::looks::Looks;

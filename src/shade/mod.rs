@@ -4,9 +4,9 @@
 //! (`render::resolve`). `color = Ke + Kd map_Kd(uv) (ambient + sun max(0, n.l) visible)`, all in linear light. `visible` is 1
 //! unless the sun casts shadows, which have a path of their own ([`shadowed`]): what is off costs nothing.
 //!
-//! The way: [`look`], a surface in a tile; [`run`], or [`shadowed`] with [`sun`] and [`shadows`]; [`texels`] with
-//! [`coordinates`], [`filter`], [`packed`], [`gather`] and [`bilinear`]; [`samples`], with [`falloff`]. Before all these
-//! [`cutout`] tells `raster::kernel` what samples pass through.
+//! The way: [`look`], a surface in a tile; [`run`], [`single`] below 16 samples a pixel, or [`shadowed`] with [`sun`] and
+//! [`shadows`]; [`texels`] with [`coordinates`], [`filter`], [`packed`], [`gather`] and [`bilinear`]; [`samples`], with
+//! [`falloff`]. Before all these [`cutout`] tells `raster::kernel` what samples pass through.
 //!
 //! Samples of a pixel, up to 64, that see one surface share what hardly changes between them; each looks into the texture for
 //! itself, unless it is smooth there, and has light of its own where normals are interpolated. Sharing one look-up among 16 everywhere was
@@ -27,6 +27,7 @@ mod samples;
 mod shadowed;
 mod shadows;
 mod sight;
+mod single;
 mod sun;
 mod texels;
 

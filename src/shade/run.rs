@@ -14,6 +14,7 @@ use super::gather::Reads;
 use super::look::{Bilinear4, Look};
 use super::packed::Packed;
 use super::samples::{Places, Rays, Samples, Sums};
+use super::single;
 use super::texels::{LookUps, Textured, lanes_of, of_groups};
 use crate::raster::LANES;
 use crate::raster::group::Group;
@@ -33,6 +34,9 @@ impl Shader<'_> {
         sums: &mut Sums,
     ) {
         match look {
+            Some(look) if samples.single => {
+                at_level!(level, simd => single::surface(simd, self, (look, samples), groups, sums))
+            }
             Some(look) => {
                 at_level!(level, simd => surface(simd, self, (look, samples), groups, look_ups, sums))
             }
@@ -102,7 +106,7 @@ fn surface<S: Simd>(
 
 /// Which of 16 places see the back of a flat surface.
 #[inline(always)]
-fn away<S: Simd>(simd: S, look: &Look, rays: &Rays, at: &Places<S>) -> u16 {
+pub(super) fn away<S: Simd>(simd: S, look: &Look, rays: &Rays, at: &Places<S>) -> u16 {
     let [rx, ry, rz] = rays.at_all(simd, at);
     let face = look.face;
     (rx * face.x + ry * face.y + rz * face.z).simd_gt(f32x16::splat(simd, 0.0)).to_bitmask() as u16
@@ -119,7 +123,7 @@ pub(super) struct Slope<'a> {
 
 impl<'a> Slope<'a> {
     /// None where the surface is flat, or there is no sun: all that comes is the same everywhere then.
-    fn new(shader: &Shader<'_>, look: &'a Look) -> Option<Self> {
+    pub(super) fn new(shader: &Shader<'_>, look: &'a Look) -> Option<Self> {
         let (toward, _) = shader.sun?;
         look.normal.as_ref().map(|normal| Self { normal, face: look.face, toward })
     }

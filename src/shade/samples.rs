@@ -192,19 +192,33 @@ impl Samples<'_> {
     /// Adds the light of a group's even and odd samples to its pixel.
     #[inline(always)]
     pub(super) fn add<S: Simd>(&self, simd: S, group: &Group, mut colors: [Vec4; 2], sums: &mut Sums) {
+        if self.single {
+            let half = usize::from(self.means.odd_bit(group.lanes.trailing_zeros() as usize));
+            return self.add_one(simd, group, colors[half], sums);
+        }
         if let Some(falloff) = self.falloff {
             let [even, odd] = falloff.means(simd, self, group);
             colors = [colors[0] * even, colors[1] * odd];
         }
-        let mut pixel = self.pattern.corner(u32::from(group.block));
-        if self.single {
-            let lane = group.lanes.trailing_zeros() as usize;
-            let Some(batch) = self.batches.first() else { return };
-            pixel = self.pattern.pixel(pixel, batch, lane);
-        }
+        let pixel = self.pattern.corner(u32::from(group.block));
         if let Some([even, odd]) = sums.get_mut((pixel.1 * TILE + pixel.0) as usize) {
             *even += colors[0];
             *odd += colors[1];
+        }
+    }
+
+    /// Adds the light of a single sample to its pixel.
+    #[inline(always)]
+    pub(super) fn add_one<S: Simd>(&self, simd: S, group: &Group, mut color: Vec4, sums: &mut Sums) {
+        let lane = group.lanes.trailing_zeros() as usize;
+        let half = usize::from(self.means.odd_bit(lane));
+        if let Some(falloff) = self.falloff {
+            color *= falloff.means(simd, self, group)[half];
+        }
+        let Some(batch) = self.batches.first() else { return };
+        let pixel = self.pattern.pixel(self.pattern.corner(u32::from(group.block)), batch, lane);
+        if let Some(halves) = sums.get_mut((pixel.1 * TILE + pixel.0) as usize) {
+            halves[half % 2] += color;
         }
     }
 }

@@ -1,0 +1,58 @@
+//! Shading of single samples: below 16 samples a pixel each is a group of its own, and shares nothing.
+//!
+//! In: a run of samples that see one surface in one tile, as groups, 16 at a time. Out: light added to their pixels, as in
+//! [`super::run`], of one sample each: `Ke + Kd texel (ambient + sun max(0, n.l))`.
+//!
+//! (As groups they went through sums of even and of odd samples, one of which is none, and where normals are interpolated through
+//! [`super::packed`].)
+
+use super::Shader;
+use super::look::Look;
+use super::run::{Slope, away};
+use super::samples::{Samples, Sums};
+use super::texels::Textured;
+use crate::raster::LANES;
+use crate::raster::group::Group;
+use fearless_simd::{Simd, SimdBase};
+use glam::{Vec3, Vec4};
+
+#[inline(always)]
+pub(super) fn surface<S: Simd>(
+    simd: S,
+    shader: &Shader<'_>,
+    (look, samples): (&Look, &Samples<'_>),
+    groups: &[Group],
+    sums: &mut Sums,
+) {
+    let material = &shader.surfaces.materials[look.material as usize];
+    let diffuse = Vec3::from(material.diffuse).extend(0.0);
+    let emission = Vec3::from(material.emission).extend(0.0);
+    let texture = Textured::new(material, look, samples);
+    let slope = Slope::new(shader, look);
+    let ambient = diffuse * shader.ambient.extend(0.0);
+    let sun = diffuse * shader.sun.map_or(Vec4::ZERO, |(_, color)| color.extend(0.0));
+    let sides = look.lit.map(|light| diffuse * light.extend(0.0));
+    for chunk in groups.chunks(LANES) {
+        let at = samples.places(simd, chunk);
+        let texels = match &texture {
+            Some(texture) => texture.shared(simd, chunk, &at).texels,
+            None => [Vec4::ONE; LANES],
+        };
+        match &slope {
+            Some(slope) => {
+                let lights = slope.light(simd, samples.rays, &at).to_array();
+                for (i, group) in chunk.iter().enumerate().take(LANES) {
+                    let color = emission + (texels[i] * ambient + texels[i] * lights[i] * sun);
+                    samples.add_one(simd, group, color, sums);
+                }
+            }
+            None => {
+                let away = away(simd, look, samples.rays, &at);
+                for (i, group) in chunk.iter().enumerate().take(LANES) {
+                    let color = emission + texels[i] * sides[usize::from(away >> i & 1)];
+                    samples.add_one(simd, group, color, sums);
+                }
+            }
+        }
+    }
+}
