@@ -244,7 +244,7 @@ fn sky<S: Simd>(simd: S, shader: &Shader<'_>, samples: &Samples<'_>, groups: &[G
         for (i, group) in chunk.iter().enumerate().take(LANES) {
             let counts = samples.counts(group);
             let color = horizon + climb * rise[i];
-            samples.add(simd, group, [color * counts[0], color * counts[1]], sums);
+            samples.add_any(simd, group, [color * counts[0], color * counts[1]], sums);
         }
     }
 }

@@ -189,13 +189,20 @@ impl Samples<'_> {
         [(group.lanes.count_ones() - odd) as f32, odd as f32]
     }
 
+    /// Adds the light of a group's even and odd samples to its pixel, or that of a single sample.
+    #[inline(always)]
+    pub(super) fn add_any<S: Simd>(&self, simd: S, group: &Group, colors: [Vec4; 2], sums: &mut Sums) {
+        if self.single {
+            let half = usize::from(self.means.odd_bit(group.lanes.trailing_zeros() as usize));
+            self.add_one(simd, group, colors[half % 2], sums);
+        } else {
+            self.add(simd, group, colors, sums);
+        }
+    }
+
     /// Adds the light of a group's even and odd samples to its pixel.
     #[inline(always)]
     pub(super) fn add<S: Simd>(&self, simd: S, group: &Group, mut colors: [Vec4; 2], sums: &mut Sums) {
-        if self.single {
-            let half = usize::from(self.means.odd_bit(group.lanes.trailing_zeros() as usize));
-            return self.add_one(simd, group, colors[half], sums);
-        }
         if let Some(falloff) = self.falloff {
             let [even, odd] = falloff.means(simd, self, group);
             colors = [colors[0] * even, colors[1] * odd];

@@ -253,6 +253,6 @@ fn surface<S: Simd>(
             colors =
                 [0, 1].map(|half: usize| emission * counts[half] + all[half] * ambient + lit[half] * color);
         }
-        samples.add(simd, group, colors, sums);
+        samples.add_any(simd, group, colors, sums);
     }
 }
