@@ -17,8 +17,8 @@ pub(super) const PROBE: (u32, u32) = (160, 64);
 const ROUNDS: [usize; 2] = [5, 40];
 const SECONDS: f64 = 0.25;
 
-/// What is added to the seed of every other round: what two rounds have in common is not chance.
-const TWIN: u64 = 0x9e37_79b9_7f4a_7c15;
+/// What is added to a seed for other samples of the same scene, as of every other round: what two rounds have in common is not chance.
+pub(super) const TWIN: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// A small picture of a scene with some of its effects.
 pub(super) struct Probe {

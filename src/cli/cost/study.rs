@@ -1,6 +1,7 @@
 //! The measurements of a study, kept in its folder as they come.
 
 use super::super::output;
+use super::super::probe::TWIN;
 use super::super::progress::Progress;
 use super::super::report;
 use super::super::stats::median;
@@ -216,7 +217,7 @@ impl<'a> Study<'a> {
     fn converge(&mut self, execution: Execution<'_>) -> Result<Exposure> {
         let mut scene = self.scene.clone();
         scene.render.budget = Budget::Samples(self.table.converged_samples);
-        scene.render.seed = scene.render.seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        scene.render.seed = scene.render.seed.wrapping_add(TWIN);
         let (truth, _) = render(&scene, execution)?;
         self.table.converged_rms = truth.rms_error();
         if self.holds_another {
