@@ -38,9 +38,11 @@ impl Room {
             return Err(Error::new(ErrorKind::TooLarge, message)
                 .remedy(format!("leave out meshes: less than {MOST_SURFACES} can be drawn")));
         }
-        let threads = count(rayon::current_num_threads());
-        let tiles = |side: u32| u64::from(side.div_ceil(TILE) * TILE);
-        let pixels = tiles(scene.render.width) * tiles(scene.render.height);
+        let tiles = |side: u32| u64::from(side.div_ceil(TILE));
+        let tiles = tiles(scene.render.width) * tiles(scene.render.height);
+        let pixels = tiles * u64::from(TILE * TILE);
+        // Of more threads than tiles some draw nothing.
+        let threads = count(rayon::current_num_threads()).min(tiles);
         // The exposure, with the sums of a picture that comes in rounds.
         let (pixel, samples) = match sequence {
             Sequence::Uniform(samples) => (12, samples),
