@@ -214,6 +214,22 @@ fn a_time_is_kept_by_any_clock() {
     }
 }
 
+/// Half a second goes by before the first sample: one sample of each pixel, begun again, would take that once more.
+#[test]
+fn what_comes_too_late_is_not_begun_again() {
+    let mut scene = blurred(5);
+    scene.render.budget = Budget::Seconds(0.3);
+    let reads = AtomicU64::new(0);
+    let clock = || {
+        let read = reads.fetch_add(1, Ordering::Relaxed) as f64;
+        0.1 * read.min(5.0) + 1e-5 * read
+    };
+    let execution = Execution { threads: Some(1), clock: Some(&clock), ..Execution::default() };
+    let (picture, _) = render(&scene, execution).unwrap();
+    assert_eq!(picture.samples().mean(), 16.0);
+    assert!(picture.rms_error().is_some());
+}
+
 #[test]
 fn the_map_of_errors_adds_up_to_the_stated_one() {
     for budget in [Budget::Samples(24), Budget::MaxError(0.01)] {

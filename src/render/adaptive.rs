@@ -104,6 +104,10 @@ const AGAIN_PART: f64 = 0.6;
 /// The part of what is left that a pilot may take: tiles that are not done then are not of it.
 const PILOT_PART: f64 = 0.3;
 
+/// As a part of what came before it a pilot may take so much in any case. (A picture with diffraction was begun again for one sample, which
+/// took twice the time of 16 at once, because nothing was seen of them.)
+const PILOT_LEAST: f64 = 0.1;
+
 /// The part of the time that a first run may take by the pilot's word: it cannot be stopped, and takes up to a quarter more where
 /// the pilot's tiles are cheaper than the others. Rounds take what is left.
 const FIRST_PART: f64 = 0.75;
@@ -189,19 +193,17 @@ impl Progressive<'_> {
         let pixels = self.pixels();
         let begun = clock();
         let entries = self.entries_per_pixel();
-        if begun >= end {
-            return Ok(Some(1));
-        }
-        // Where a tile takes long the pilot must not take all of the time.
-        let until = begun + PILOT_PART * (end - begun);
+        // Fewer begin again, with all that comes before the first sample: not if that takes as long.
+        let again = begun - start;
+        // Where a tile takes long the pilot must not take all of the time; and where there is hardly any left, how long the rest takes
+        // must be known all the same.
+        let until = begun + (PILOT_PART * (end - begun)).max(PILOT_LEAST * again);
         let pilot =
             self.pilot(Pilot::for_time(self.picture.tiles()), FIRST_RUN, execution, &|| clock() >= until)?;
         let seen = pilot::pixels(&pilot);
         let took = (clock() - begun).max(1e-9);
         let left = end - clock();
         let rest = if seen > 0.0 { took * (pixels - seen) / seen } else { f64::INFINITY };
-        // Fewer begin again, with all that comes before the first sample: not if that takes as long.
-        let again = begun - start;
         if rest > left + LATE_PART * (end - start).max(1.0) && again < AGAIN_PART * rest {
             let few = FEWER.iter().find(|(_, part)| again + part * rest <= left);
             return Ok(Some(few.map_or(1, |&(samples, _)| samples)));
