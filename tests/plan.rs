@@ -194,6 +194,22 @@ fn each_effect_can_be_left_out() {
 }
 
 #[test]
+fn the_shape_of_an_aperture_brings_the_blur_that_shows_it() {
+    let mut scene = at(4000.0, 7, 0.0);
+    scene.blades = Some(Blades { count: 5, rotation: Angle::degrees(7.0) });
+    let two = [EffectName::ApertureShape, EffectName::Defocus];
+    assert!(two.into_iter().all(|effect| !RenderPlan::new(&scene).active().has(effect)));
+    let without = draw(&scene);
+    scene.render.effects.with = [EffectName::ApertureShape].into_iter().collect();
+    assert!(two.into_iter().all(|effect| RenderPlan::new(&scene).active().has(effect)));
+    assert!(gap(&without, &draw(&scene)) > 0.0);
+    // Diffraction shows it, too.
+    scene.render.diffraction = true;
+    let plan = RenderPlan::new(&scene);
+    assert!(plan.active().has(EffectName::Diffraction) && !plan.active().has(EffectName::Defocus));
+}
+
+#[test]
 fn what_only_casts_shadows_into_view_is_in() {
     let (keep, folder) = folder(CAMERA);
     let mesh = "mtllib m.mtl\nv -10 -10 0\nv 10 -10 0\nv 0 20 0\nusemtl wall\nf 1 2 3\nv -40 -40 80\nv 40 -40 80\nv 0 60 80\nusemtl \
@@ -244,6 +260,8 @@ fn explain_tells_every_effect() {
         .expect(64, &["--without"]);
     run(&folder, &["explain", "scene.toml", "--with", "soft-shadows", "--without", "shadows"])
         .expect(64, &["--without shadows"]);
+    run(&folder, &["explain", "scene.toml", "--with", "aperture-shape", "--without", "defocus"])
+        .expect(64, &["--without defocus"]);
     let small =
         run(&folder, &["explain", "scene.toml", "--json", "--max-error", "0.001"]).expect(0, &[]).json();
     assert_eq!(small["tolerance_rms"], 0.0005);

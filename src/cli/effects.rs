@@ -13,7 +13,8 @@ pub(super) struct EffectArguments {
     /// Compute every effect that the scene asks for, also those too small to be seen
     #[arg(long)]
     pub(super) all_effects: bool,
-    /// Compute this effect, though the scene does not ask for it or it is small; may be repeated
+    /// Compute this effect, though the scene does not ask for it or it is small, and what shows it: shadows with soft-shadows, defocus
+    /// with aperture-shape; may be repeated
     #[arg(long, value_name = "EFFECT")]
     pub(super) with: Vec<EffectName>,
     /// Leave this effect out, though the scene asks for it; may be repeated
@@ -63,6 +64,14 @@ impl EffectArguments {
             }
             if effect == EffectName::SoftShadows && self.without.contains(&EffectName::Shadows) {
                 return wrong(effect, "there are none with --without shadows", "keep one of the two");
+            }
+            let has_diffraction = (scene.render.diffraction || self.with.contains(&EffectName::Diffraction))
+                && !self.without.contains(&EffectName::Diffraction);
+            if effect == EffectName::ApertureShape
+                && self.without.contains(&EffectName::Defocus)
+                && !has_diffraction
+            {
+                return wrong(effect, "nothing shows it with --without defocus", "keep one of the two");
             }
             match effect {
                 EffectName::Falloff => scene.render.falloff = true,

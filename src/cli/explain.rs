@@ -181,7 +181,7 @@ fn words(explanation: &Explanation) -> String {
     text += &format!(
         "\ntime: what the effect adds to the picture's time, 0 where that cannot be told from chance;\nchange: RMS between with and \
          without, linear light, without noise; < where it cannot be told from noise;\nin parentheses, of what is out: what it would add and change; - where the scene \
-         cannot have it. Both of pictures {} pixels wide with {} samples.\nWhat is left out as too small may change the picture by {}.\n",
+         cannot have it; soft shadows are compared with hard ones. Both of pictures {} pixels wide with {} samples.\nWhat is left out as too small may change the picture by {}.\n",
         PROBE.0,
         PROBE.1,
         report::rms(explanation.tolerance_rms)

@@ -60,8 +60,8 @@ impl RenderPlan {
                 (true, if is_told { format!("{because}; --with {name} asks for it") } else { because })
             } else if choice.all && view.is_small(name) {
                 (true, format!("{because}; --all-effects keeps it"))
-            } else if choice.with.has(name) {
-                (true, format!("{because}; --with {name} keeps it"))
+            } else if let Some(kept) = keeps(&view, name) {
+                (true, format!("{because}; --with {kept} keeps it"))
             } else {
                 (false, because)
             };
@@ -80,9 +80,11 @@ impl RenderPlan {
             if !asks(scene, name) || choice.without.has(name) {
                 continue;
             }
-            let is_left_out = !choice.all && !choice.with.has(name) && view.is_small(name);
-            let list = if is_left_out { &mut decision.left_out } else { &mut decision.active };
-            *list = list.set(name, true);
+            if choice.all || keeps(&view, name).is_some() || !view.is_small(name) {
+                decision.active = decision.active.set(name, true);
+            } else if !is_moot(choice.without, name) {
+                decision.left_out = decision.left_out.set(name, true);
+            }
         }
         decision
     }
@@ -101,6 +103,27 @@ impl RenderPlan {
     pub fn tolerance(&self) -> f64 {
         self.tolerance
     }
+}
+
+/// Whether that without which an effect is nowhere seen is left out, too.
+fn is_moot(without: EffectSet, name: EffectName) -> bool {
+    match name {
+        EffectName::ApertureShape => without.has(EffectName::Defocus),
+        EffectName::SoftShadows => without.has(EffectName::Shadows),
+        _ => false,
+    }
+}
+
+/// What the user asks for by name that keeps an effect, however small: itself, or the shape of an aperture, which without blur or
+/// diffraction is nowhere seen.
+fn keeps(view: &View<'_>, name: EffectName) -> Option<EffectName> {
+    let shape = EffectName::ApertureShape;
+    let choice = view.scene.render.effects;
+    if choice.with.has(name) {
+        return Some(name);
+    }
+    let needs_blur = || asks(view.scene, shape) && !view.has_diffraction();
+    (name == EffectName::Defocus && choice.with.has(shape) && needs_blur()).then_some(shape)
 }
 
 /// A half of the error that is asked for at most: what is dropped must not rule it.

@@ -76,7 +76,7 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
         EffectName::SoftShadows => {
             let (width, threshold) = (pixels(view.penumbra()), digits(view.penumbra_threshold()));
             let key = match asked {
-                true if scene.render.effects.without.has(EffectName::Shadows) => "no shadows are drawn: ",
+                true if scene.render.effects.without.has(EffectName::Shadows) => "--without shadows: ",
                 true => "",
                 false => "sun.angular_diameter_deg = 0: ",
             };
@@ -91,8 +91,9 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
                 // Only diffraction shows the shape of a point.
                 let blur = pixels(if view.has_lens() { view.blur() } else { 0.0 });
                 let (count, threshold) = (blades.count, digits(view.shape_threshold()));
+                let key = if view.has_lens() { "" } else { "--without defocus: " };
                 let because =
-                    by_light(format!("{count} blades, largest blur {blur}, threshold {threshold} px"));
+                    by_light(format!("{key}{count} blades, largest blur {blur}, threshold {threshold} px"));
                 let shows_falloff = view.has_lens() && view.has_falloff_over_lens();
                 let because = match (view.has_diffraction(), shows_falloff) {
                     (true, true) => because + ", and diffraction and falloff show it",
