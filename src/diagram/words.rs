@@ -35,7 +35,9 @@ pub(crate) fn short(value: f64) -> String {
 }
 
 fn scientific(value: f64, exponent: i32) -> String {
-    let mantissa = value.abs() / libm::exp10(f64::from(exponent));
+    // In two steps: ten to the power of the least number's exponent is none.
+    let half = exponent / 2;
+    let mantissa = value.abs() / libm::exp10(f64::from(half)) / libm::exp10(f64::from(exponent - half));
     let digits: String = exponent
         .to_string()
         .chars()
@@ -123,6 +125,7 @@ mod tests {
             (123_456.0, "123 km"),
             (-2.0, "−2 m"),
             (8.6e15, "8.60·10¹² km"),
+            (5e-324, "4.94·10⁻³²¹ mm"),
         ] {
             assert_eq!(length(metres), text);
         }
