@@ -34,7 +34,7 @@ pub(super) struct Arguments {
     /// Stop at this error: root mean square over the picture, linear light
     #[arg(long, value_name = "E", group = "budget", allow_hyphen_values = true)]
     pub(super) max_error: Option<Positive>,
-    /// Stop after this time, such as 2s
+    /// Stop after this time, such as 2s, 500ms or 5min
     #[arg(long, value_name = "TIME", group = "budget", allow_hyphen_values = true)]
     pub(super) time_budget: Option<Seconds>,
     /// Width of the picture in pixels; the height follows
@@ -55,7 +55,7 @@ pub(super) struct Arguments {
     pub(super) error_map: Option<PathBuf>,
     #[command(flatten)]
     pub(super) effects: EffectArguments,
-    /// Make the picture of an earlier run again, the same bytes, from what its --stats wrote
+    /// Make the picture of an earlier run again, the same bytes, from what its --stats wrote: its width, too
     #[arg(long, value_name = "STATS", group = "budget", conflicts_with = "width")]
     pub(super) replay: Option<PathBuf>,
 }
@@ -144,7 +144,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(replay) = &replayed {
         effects = replay.ask(&mut scene, &effects)?;
     }
-    effects.apply(&mut scene)?;
+    let applied = effects.apply(&mut scene);
+    match &replayed {
+        Some(replay) => applied.map_err(|error| replay.blame(&error))?,
+        None => applied?,
+    }
     if error_map.is_some() && matches!(scene.render.budget, Budget::Samples(1)) && replayed.is_none() {
         return Err(Error::new(ErrorKind::Usage, "--error-map: of one sample a pixel no error is known")
             .remedy("take 2 samples or more"));

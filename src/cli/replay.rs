@@ -41,6 +41,12 @@ impl Replay {
                 .in_file(&*name)
                 .remedy("give the file that --stats wrote beside the picture")
         })?;
+        if found.width == 0 || found.height == 0 {
+            return Err(Error::invalid("tells of a picture without pixels")
+                .in_file(name)
+                .at_key(if found.width == 0 { "width" } else { "height" })
+                .remedy("give the file that --stats wrote beside the picture"));
+        }
         Ok(Self { name, ..found })
     }
 
@@ -72,11 +78,19 @@ impl Replay {
         Ok(asked)
     }
 
+    /// Of effects that the file asks for, and the scene cannot have.
+    pub(super) fn blame(&self, error: &Error) -> Error {
+        Error::invalid(error.message())
+            .in_file(&*self.name)
+            .at_key("asked")
+            .remedy("give the file that --stats wrote beside the picture of this scene")
+    }
+
     /// What the user is told where another version made the picture: no two need draw the same bytes.
     pub(super) fn warning(&self) -> Option<Warning> {
         let ours = env!("CARGO_PKG_VERSION");
         (self.version != ours).then(|| {
-            let theirs = if self.version.is_empty() { "another version" } else { &self.version };
+            let theirs = if self.version.is_empty() { "of an unknown version" } else { &self.version };
             Warning {
                 file: self.name.clone(),
                 line: None,
@@ -99,7 +113,8 @@ impl Replay {
                 .remedy("replay with the files of that run"),
             ));
         }
-        Allocation::from_text(self.width, self.height, &self.allocation)
-            .map_err(|error| place(error.at_key("allocation")))
+        Allocation::from_text(self.width, self.height, &self.allocation).map_err(|error| {
+            place(error.at_key("allocation").remedy("give the file that --stats wrote beside the picture"))
+        })
     }
 }

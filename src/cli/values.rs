@@ -143,7 +143,7 @@ impl FromStr for Seconds {
             .unwrap_or((text, 1.0));
         match number.trim().parse::<f64>() {
             Ok(value) if value > 0.0 && (value * unit).is_finite() => Ok(Self(value * unit)),
-            _ => Err("a time is a positive number of seconds, such as 2s or 1.5s".into()),
+            _ => Err("a time is a positive number of seconds, such as 2s or 1.5s, of ms or of min".into()),
         }
     }
 }

@@ -86,7 +86,7 @@ impl BlockSamples {
     /// # Errors
     /// [`crate::error::ErrorKind::Invalid`] for other text, other numbers of blocks, and numbers of samples that no run leads to.
     pub fn from_text(width: u32, height: u32, text: &str) -> Result<Self> {
-        let wrong = || Error::invalid("does not begin with a number of samples and a colon");
+        let wrong = || Error::invalid("is neither a number of samples nor begins with one and a colon");
         let (base, text) = text.split_once(':').ok_or_else(wrong)?;
         let base =
             base.trim().parse().ok().filter(|&base: &u32| base.is_power_of_two() && runs::is_reached(base));
