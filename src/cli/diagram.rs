@@ -280,8 +280,15 @@ fn draw(file: &Path, arguments: &Arguments) -> Result<()> {
     for path in &outputs {
         output::check(path, &opened.source.paths())?;
     }
-    let (figure, read) =
-        if is_figure { figure_of(&opened, changes(arguments))? } else { camera_of(opened, arguments)? };
+    let drawn = if is_figure { figure_of(&opened, changes(arguments)) } else { camera_of(opened, arguments) };
+    let (figure, read) = drawn.map_err(|error| match error.place().key.as_deref() {
+        // The width that the user gave stands in no file.
+        Some("width_mm") if arguments.width_mm.is_some() => {
+            Error::new(ErrorKind::Usage, format!("--width-mm: {}", error.message()))
+                .remedy(error.remedy_text().unwrap_or("give another width"))
+        }
+        _ => error,
+    })?;
     for path in &outputs {
         write_as(&figure, path, &read, writing)?;
     }

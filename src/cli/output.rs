@@ -75,7 +75,13 @@ pub(super) fn is_same(a: &Path, b: &Path) -> bool {
 pub(super) fn broken(target: &Path, error: &io::Error) -> Error {
     let text = error.to_string();
     let reason = text.split(" (os error").next().unwrap_or_default().to_lowercase();
-    Error::new(ErrorKind::Io, format!("cannot be written: {reason}")).in_file(target.display().to_string())
+    let broken = Error::new(ErrorKind::Io, format!("cannot be written: {reason}"))
+        .in_file(target.display().to_string());
+    match error.kind() {
+        io::ErrorKind::NotFound => broken.remedy("make its folder first"),
+        io::ErrorKind::AlreadyExists => broken.remedy("give another name"),
+        _ => broken,
+    }
 }
 
 /// The file to replace or to make. A link to another file of its folder stays one, and that file is replaced; one that
