@@ -83,13 +83,16 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
             tell::rms(last.true_rms)
         )
     };
+    if uniform.len() == 2 {
+        words.push_str(" That is by two numbers of samples alone.");
+    }
     if let Some(adaptive) = rows(study, ADAPTIVE).last().filter(|_| slope > 0.05) {
         // What uniform sampling takes for the same error, between its own steps.
         let same = last.ratio * libm::pow(last.true_rms / adaptive.true_rms, 1.0 / slope);
         if same.is_finite() && same > 0.0 {
             let _ = write!(
                 words,
-                " Samples where they help most reach {} in {}, {:.0} % of the time that uniform ones take for the same error.",
+                " Samples where they help most reach {} in {}, {:.0} % of the time that uniform ones take for the same error, each over a picture drawn just before it.",
                 tell::rms(adaptive.true_rms),
                 duration(adaptive.seconds),
                 100.0 * adaptive.ratio / same
