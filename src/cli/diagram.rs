@@ -218,7 +218,7 @@ fn book(arguments: &Arguments) -> Result<Vec<PathBuf>> {
 
 /// Writes a page in Markdown: of each kind, in the book's order, its figures and their sources.
 fn gallery(page: &Path, arguments: &Arguments) -> Result<()> {
-    let folder = new::folder_of(page)?;
+    let folder = output::folder(page)?;
     let mut entries = Vec::new();
     let mut read = Vec::new();
     for file in &book(arguments)? {

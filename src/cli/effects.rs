@@ -53,6 +53,13 @@ impl EffectArguments {
         sets(self) == sets(other)
     }
 
+    /// Whether neither blur nor diffraction, which show the shape of an aperture, are to be drawn.
+    fn hides_apertures(&self, scene: &Scene) -> bool {
+        let diffraction = EffectName::Diffraction;
+        let is_asked = scene.render.diffraction || self.with.contains(&diffraction);
+        self.without.contains(&EffectName::Defocus) && (!is_asked || self.without.contains(&diffraction))
+    }
+
     /// Puts them into the scene.
     pub(super) fn apply(&self, scene: &mut Scene) -> Result<()> {
         let wrong = |effect: EffectName, why: &str, remedy: &str| {
@@ -65,12 +72,7 @@ impl EffectArguments {
             if effect == EffectName::SoftShadows && self.without.contains(&EffectName::Shadows) {
                 return wrong(effect, "there are none with --without shadows", "keep one of the two");
             }
-            let has_diffraction = (scene.render.diffraction || self.with.contains(&EffectName::Diffraction))
-                && !self.without.contains(&EffectName::Diffraction);
-            if effect == EffectName::ApertureShape
-                && self.without.contains(&EffectName::Defocus)
-                && !has_diffraction
-            {
+            if effect == EffectName::ApertureShape && self.hides_apertures(scene) {
                 return wrong(effect, "nothing shows it with --without defocus", "keep one of the two");
             }
             match effect {

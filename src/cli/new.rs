@@ -41,7 +41,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             .in_file(target.display().to_string())
             .remedy("give another name with -o, or --force to replace it"));
     }
-    let written = relative(&folder_of(&target)?, &model)?;
+    let written = relative(&output::folder(&target)?, &model)?;
     let statistics = measure(&source, &model)?;
     let text = starter::scene_for(&statistics, &written);
     // A model of 1e18 m asks for a camera beyond all limits.
@@ -68,15 +68,6 @@ fn measure(source: &dyn Source, model: &Path) -> Result<Statistics> {
     let corner = |at: u32| loaded.positions.get(at as usize).copied().unwrap_or_default();
     starter::measure(loaded.triangles.iter().map(|t| t.positions.map(corner)))
         .ok_or_else(|| Error::invalid("the model has no triangles to frame").in_file(name))
-}
-
-/// The folder that `target` will lie in, links resolved.
-pub(super) fn folder_of(target: &Path) -> Result<PathBuf> {
-    let folder = match target.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    folder.canonicalize().map_err(|error| output::broken(target, &error))
 }
 
 /// The path from a folder to a file (both with links resolved), with forward slashes.

@@ -75,13 +75,7 @@ pub(super) fn is_same(a: &Path, b: &Path) -> bool {
 pub(super) fn broken(target: &Path, error: &io::Error) -> Error {
     let text = error.to_string();
     let reason = text.split(" (os error").next().unwrap_or_default().to_lowercase();
-    let broken = Error::new(ErrorKind::Io, format!("cannot be written: {reason}"))
-        .in_file(target.display().to_string());
-    match error.kind() {
-        io::ErrorKind::NotFound => broken.remedy("make its folder first"),
-        io::ErrorKind::AlreadyExists => broken.remedy("give another name"),
-        _ => broken,
-    }
+    Error::new(ErrorKind::Io, format!("cannot be written: {reason}")).in_file(target.display().to_string())
 }
 
 /// The file to replace or to make. A link to another file of its folder stays one, and that file is replaced; one that
@@ -111,12 +105,21 @@ fn settle(target: &Path) -> Result<PathBuf> {
             Ok(found)
         }
         Err(_) if target.is_symlink() => refused("is a link that leads nowhere", "remove it"),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => match folder_of(target).canonicalize() {
-            Ok(folder) => Ok(folder.join(name)),
-            Err(_) => refused("its folder does not exist", "make the folder first"),
-        },
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(folder(target)?.join(name)),
         Err(error) => Err(broken(target, &error)),
     }
+}
+
+/// The folder that `target` will lie in, links resolved.
+///
+/// # Errors
+/// [`ErrorKind::Io`] where there is none.
+pub(super) fn folder(target: &Path) -> Result<PathBuf> {
+    folder_of(target).canonicalize().map_err(|_| {
+        Error::new(ErrorKind::Io, "its folder does not exist")
+            .in_file(target.display().to_string())
+            .remedy("make the folder first")
+    })
 }
 
 /// The folder that a path names the file in.

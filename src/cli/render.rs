@@ -144,11 +144,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(replay) = &replayed {
         effects = replay.ask(&mut scene, &effects)?;
     }
-    let applied = effects.apply(&mut scene);
-    match &replayed {
-        Some(replay) => applied.map_err(|error| replay.blame(&error))?,
-        None => applied?,
-    }
+    effects.apply(&mut scene).map_err(|error| match &replayed {
+        Some(replay) => replay.blame(&error),
+        None => error,
+    })?;
     if error_map.is_some() && matches!(scene.render.budget, Budget::Samples(1)) && replayed.is_none() {
         return Err(Error::new(ErrorKind::Usage, "--error-map: of one sample a pixel no error is known")
             .remedy("take 2 samples or more"));

@@ -12,6 +12,9 @@ use std::path::Path;
 /// The most bytes of a file of numbers: some 50 for each of the blocks of the largest picture are far less.
 const MOST_BYTES: u64 = 256 << 20;
 
+/// Of a file that is another, or was changed.
+const REMEDY: &str = "give the file that --stats wrote beside the picture";
+
 /// What is needed of a `--stats` file.
 #[derive(Deserialize)]
 pub(super) struct Replay {
@@ -39,13 +42,13 @@ impl Replay {
         let found: Self = serde_json::from_slice(&bytes).map_err(|error| {
             Error::invalid(format!("is not what render --stats writes: {error}"))
                 .in_file(&*name)
-                .remedy("give the file that --stats wrote beside the picture")
+                .remedy(REMEDY)
         })?;
         if found.width == 0 || found.height == 0 {
             return Err(Error::invalid("tells of a picture without pixels")
                 .in_file(name)
                 .at_key(if found.width == 0 { "width" } else { "height" })
-                .remedy("give the file that --stats wrote beside the picture"));
+                .remedy(REMEDY));
         }
         Ok(Self { name, ..found })
     }
@@ -80,10 +83,7 @@ impl Replay {
 
     /// Of effects that the file asks for, and the scene cannot have.
     pub(super) fn blame(&self, error: &Error) -> Error {
-        Error::invalid(error.message())
-            .in_file(&*self.name)
-            .at_key("asked")
-            .remedy("give the file that --stats wrote beside the picture of this scene")
+        Error::invalid(error.message()).in_file(&*self.name).at_key("asked").remedy(REMEDY)
     }
 
     /// What the user is told where another version made the picture: no two need draw the same bytes.
@@ -113,8 +113,7 @@ impl Replay {
                 .remedy("replay with the files of that run"),
             ));
         }
-        Allocation::from_text(self.width, self.height, &self.allocation).map_err(|error| {
-            place(error.at_key("allocation").remedy("give the file that --stats wrote beside the picture"))
-        })
+        Allocation::from_text(self.width, self.height, &self.allocation)
+            .map_err(|error| place(error.at_key("allocation").remedy(REMEDY)))
     }
 }

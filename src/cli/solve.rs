@@ -201,7 +201,7 @@ fn refuse(arguments: &Arguments, file: &str, focus: &Focus, why: Unsolvable) -> 
 /// Writes the scene with the movements found and without its target.
 fn write(input: &input::Input, camera: &Camera, target: &Path) -> Result<()> {
     let from = input.path.parent().unwrap_or(Path::new("."));
-    let to = new::folder_of(target)?;
+    let to = output::folder(target)?;
     let back = new::relative(&to, from)?;
     let moved = |path: &str| match input.find(path) {
         _ if to == from => path.to_owned(),

@@ -15,7 +15,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let folder = &arguments.output;
-    std::fs::create_dir_all(folder).map_err(|error| output::broken(folder, &error))?;
+    let _made = output::Folder::given(folder)?;
     for map in maps() {
         let svg = map.draw()?.to_svg()?;
         for (ending, text) in [("csv", &map.csv), ("toml", &map.figure), ("svg", &svg)] {
