@@ -10,9 +10,9 @@
 
 use super::Shader;
 use super::coordinates::at_lens;
-use super::gather::Reads;
 use super::look::{Bilinear4, Look};
 use super::packed::Packed;
+use super::reads::Reads;
 use super::samples::{Places, Rays, Samples, Sums};
 use super::single;
 use super::texels::{LookUps, Textured, lanes_of, of_groups};

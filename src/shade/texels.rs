@@ -10,9 +10,10 @@
 
 use super::coordinates::{Coordinates, reaches};
 use super::filter::{self, Choice};
-use super::gather::{self, Reads, Waiting};
+use super::gather;
 use super::look::{Bilinear4, Look};
 use super::packed::Packed;
+use super::reads::{Reads, Waiting};
 use super::run::Slope;
 use super::samples::{Places, Samples};
 use crate::raster::group::{Group, batches_of};
