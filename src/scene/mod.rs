@@ -26,6 +26,7 @@ pub(crate) mod outline;
 mod patches;
 mod pictures;
 mod reading;
+mod records;
 mod resolve;
 mod rewrite;
 mod schema;

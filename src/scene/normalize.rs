@@ -11,9 +11,10 @@ use std::fmt::Write as _;
 use std::sync::mpsc::Sender;
 
 use super::mesh::NONE;
+use super::records::Counts;
 use super::text::{Statement, statements};
 use super::warnings::Warnings;
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, Result};
 
 /// Most memory that reading one OBJ may ask for, in bytes.
 const WORKING_LIMIT: u64 = 16 << 30;
@@ -53,8 +54,8 @@ pub(crate) struct Normalized {
 /// `vn` and `f` records in the file's order, some at a time, and ends with them.
 ///
 /// # Errors
-/// [`ErrorKind::Invalid`], with the line, for a number or vertex index that cannot be;
-/// [`ErrorKind::TooLarge`] when reading it would take more memory than there is, than `most` or than [`WORKING_LIMIT`].
+/// [`crate::error::ErrorKind::Invalid`], with the line, for a number or vertex index that cannot be;
+/// [`crate::error::ErrorKind::TooLarge`] when reading it would take more memory than there is, than `most` or than [`WORKING_LIMIT`].
 pub(crate) fn normalize(
     bytes: &[u8],
     file: &str,
@@ -114,65 +115,6 @@ pub(crate) fn normalize(
     }
     let _ = out.send(work.text);
     Ok(work.out)
-}
-
-/// How many records of each kind.
-#[derive(Clone, Copy, Debug, Default)]
-struct Counts {
-    positions: i64,
-    texcoords: i64,
-    normals: i64,
-    faces: u64,
-    corners: u64,
-}
-
-impl Counts {
-    /// Counts; no further than what `most` bytes hold.
-    fn of_file(bytes: &[u8], most: u64) -> Result<Self> {
-        let mut counts = Self::default();
-        let mut list = statements(bytes)?;
-        for statement in list.by_ref() {
-            if counts.memory() > most {
-                return Err(too_large());
-            }
-            match statement.keyword() {
-                "v" => counts.positions += 1,
-                "vt" => counts.texcoords += 1,
-                "vn" => counts.normals += 1,
-                "f" => {
-                    counts.faces += 1;
-                    counts.corners += statement.operands().count() as u64;
-                }
-                _ => {}
-            }
-        }
-        list.finish()?;
-        Ok(counts)
-    }
-
-    /// What reading takes at its peak besides the texts, in bytes: for each record `tobj`'s list, hash map and copy, and
-    /// ours; for each face two lists that may have grown to double; for each corner its indices twice and a triangle.
-    fn memory(&self) -> u64 {
-        let records = (self.positions + self.texcoords + self.normals).unsigned_abs();
-        records * 160 + self.faces * 320 + self.corners * 96
-    }
-
-    /// Asks for the memory that reading takes at its peak, all at once, and gives it back: better a refusal now than
-    /// an abort half-way.
-    fn check_memory(&self, bytes: u64, most: u64) -> Result<()> {
-        let records = (self.positions + self.texcoords + self.normals).unsigned_abs();
-        let wanted = bytes + self.memory();
-        let there_is = usize::try_from(wanted).is_ok_and(|n| Vec::<u8>::new().try_reserve_exact(n).is_ok());
-        if wanted > most || records > u64::from(NONE / 4) || !there_is {
-            return Err(too_large());
-        }
-        Ok(())
-    }
-}
-
-pub(crate) fn too_large() -> Error {
-    Error::new(ErrorKind::TooLarge, "reading the mesh takes more memory than there is, or than was allowed")
-        .remedy("allow more memory, or split or thin out the mesh")
 }
 
 /// One corner: vertex, texture coordinate and normal, from 0, if named and in range.
@@ -389,6 +331,7 @@ pub(crate) fn shown(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::ErrorKind;
     use std::sync::mpsc::channel;
 
     fn run(text: &str) -> Result<(Normalized, String, Vec<crate::error::Warning>)> {
@@ -441,14 +384,5 @@ mod tests {
             let error = run(&format!("{v}{bad}\n")).expect_err(bad);
             assert_eq!((error.kind(), error.place().line), (ErrorKind::Invalid, Some(4)), "{bad}: {error}");
         }
-    }
-
-    #[test]
-    fn memory_is_asked_for_before_it_is_used() {
-        let counts = Counts { positions: i64::from(u32::MAX), ..Counts::default() };
-        assert_eq!(
-            counts.check_memory(1 << 20, u64::MAX).expect_err("too large").kind(),
-            ErrorKind::TooLarge
-        );
     }
 }
