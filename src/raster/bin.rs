@@ -3,12 +3,12 @@
 //! In: vertices in the lens frame and triangles, from `render::picture`. Out: the candidates, those that touch the picture, in
 //! order ([`super::order`]), and for each tile its own ([`super::lists`]), sixteen at a time, for [`super::tile`].
 //!
-//! A triangle's pixels are the box around those of its corners ([`super::bounds`]), or of the corners that the frustum leaves it;
-//! from `x0..=x1`, `y0..=y1` it touches the tiles `x0 / 32..=x1 / 32`, `y0 / 32..=y1 / 32`. Its depth is the least `z` of its
-//! corners.
+//! From the box of its pixels ([`super::boxes`]), `x0..=x1`, `y0..=y1`, a triangle touches the tiles `x0 / 32..=x1 / 32`,
+//! `y0 / 32..=y1 / 32`. Its depth is the least `z` of its corners.
 
-use super::bounds::{Frustum, PixelBox, point_boxes};
-use super::cull::{BLOCK, Cluster, Seen};
+use super::bounds::PixelBox;
+use super::boxes::{Boxes, CHUNK};
+use super::cull::{Cluster, Seen};
 use super::lists::{Cursor, TileLists, Tiles};
 use super::loose::{self, LensPoints, Loose};
 use super::order::{by_key, key};
@@ -19,9 +19,6 @@ use fearless_simd::Level;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
-
-/// Ranges of triangles, and blocks of vertices, that a parallel task takes at a time; the result does not depend on it.
-const CHUNK: usize = 16;
 
 /// The triangles of a scene.
 pub(crate) struct Triangles<'a> {
@@ -264,113 +261,6 @@ fn concat<T: Copy>(found: &[Found], part: impl Fn(&Found) -> &Vec<T>, stop: &dyn
         all.extend_from_slice(part(found));
     }
     all
-}
-
-/// Pixel boxes of vertices, and of triangles that leave the frustum.
-struct Boxes<'a> {
-    cells: usize,
-    seen: &'a Seen,
-    /// By their places in what is seen.
-    vertices: Vec<PixelBox>,
-    /// Triangles that leave the frustum but for a part, by number, and that part's boxes.
-    crossing: Vec<u32>,
-    crossing_boxes: Vec<PixelBox>,
-}
-
-impl<'a> Boxes<'a> {
-    fn new(
-        simd: Level,
-        view: &View,
-        cells: &[LensCell],
-        positions: &[DVec3],
-        (triangles, seen): (&[[u32; 3]], &'a Seen),
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Self {
-        let frustum = Frustum::new(view);
-        let blocks: Vec<&[DVec3]> = seen.blocks().map(|block| &positions[block]).collect();
-        let mut vertices = vec![PixelBox::OUTSIDE; seen.vertices * cells.len()];
-        vertices
-            .par_chunks_mut(BLOCK * cells.len())
-            .zip(blocks)
-            .with_min_len(CHUNK)
-            .filter(|_| !stop())
-            .for_each(|(boxes, points)| point_boxes(simd, view, Some(&frustum), cells, points, boxes));
-        let mut boxes =
-            Self { cells: cells.len(), seen, vertices, crossing: Vec::new(), crossing_boxes: Vec::new() };
-        if !stop() {
-            boxes.cross(simd, view, &frustum, cells, positions, triangles);
-        }
-        boxes
-    }
-
-    /// The pixels that a vertex can reach from the lens points of `cell`.
-    #[inline(always)]
-    fn vertex(&self, vertex: u32, cell: usize) -> PixelBox {
-        // Where clusters are not of these triangles, vertices may have no place.
-        let at = self.seen.place(vertex).saturating_mul(self.cells);
-        self.vertices.get(at.saturating_add(cell)).copied().unwrap_or(PixelBox::OUTSIDE)
-    }
-
-    /// The pixels that triangle `t` with these corners can reach from the lens points of `cell`.
-    fn of(&self, t: u32, corners: [u32; 3], cell: usize) -> PixelBox {
-        let boxes = corners.map(|v| self.vertex(v, cell));
-        if boxes.contains(&PixelBox::OUTSIDE) {
-            return match self.crossing.binary_search(&t) {
-                Ok(at) => self.crossing_boxes[at * self.cells + cell],
-                Err(_) => PixelBox::EMPTY,
-            };
-        }
-        boxes[0].union(boxes[1]).union(boxes[2])
-    }
-
-    /// Whether these vertices all lie in the frustum.
-    fn are_inside(&self, corners: [u32; 3]) -> bool {
-        corners.iter().all(|&v| self.vertex(v, 0) != PixelBox::OUTSIDE)
-    }
-
-    /// Finds the triangles that leave the frustum but for a part, and that part's boxes.
-    fn cross(
-        &mut self,
-        simd: Level,
-        view: &View,
-        frustum: &Frustum,
-        cells: &[LensCell],
-        positions: &[DVec3],
-        triangles: &[[u32; 3]],
-    ) {
-        let found: Vec<(Vec<u32>, Vec<PixelBox>)> = self
-            .seen
-            .triangles
-            .par_chunks(CHUNK)
-            .map(|ranges| {
-                let (mut numbers, mut boxes) = (Vec::new(), Vec::new());
-                let mut each = Vec::new();
-                for t in ranges.iter().cloned().flatten() {
-                    let corners = triangles[t];
-                    if self.are_inside(corners) {
-                        continue;
-                    }
-                    let clipped = frustum.clip(corners.map(|v| positions[v as usize]));
-                    if clipped.is_empty() {
-                        continue;
-                    }
-                    each.clear();
-                    each.resize(clipped.len() * cells.len(), PixelBox::EMPTY);
-                    point_boxes(simd, view, None, cells, &clipped, &mut each);
-                    numbers.push(t as u32);
-                    boxes.extend((0..cells.len()).map(|cell| {
-                        let of_cell = each.iter().skip(cell).step_by(cells.len());
-                        of_cell.fold(PixelBox::EMPTY, |sum, pixels| sum.union(*pixels))
-                    }));
-                }
-                (numbers, boxes)
-            })
-            .collect();
-        for (numbers, boxes) in found {
-            self.crossing.extend(numbers);
-            self.crossing_boxes.extend(boxes);
-        }
-    }
 }
 
 /// The tiles that a box touches, if it touches the picture.

@@ -9,8 +9,8 @@
 //! * [`view`]: the camera as plain numbers in the *lens frame* (`x` along `ex`, `y` along `ey`, `z` along
 //!   the lens axis, origin at the lens centre; pixel coordinates on the film).
 //! * [`cull`]: which clusters of triangles may be seen at all.
-//! * [`bounds`]: for each vertex, and triangle that crosses near, the pixels it can reach from each cell
-//!   of the aperture.
+//! * [`bounds`], [`boxes`]: for each vertex, and from these each triangle, the pixels it can reach from each
+//!   cell of the aperture.
 //! * [`order`]: nearest first.
 //! * [`bin`], [`lists`]: which triangles may touch which tile of 32 x 32 pixels, in that order.
 //! * [`loose`]: of small triangles far out of focus, those that some lens point of a tile sees there.
@@ -41,6 +41,7 @@
 
 pub(crate) mod bin;
 pub(crate) mod bounds;
+mod boxes;
 pub(crate) mod cull;
 pub(crate) mod film;
 pub(crate) mod group;
