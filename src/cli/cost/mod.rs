@@ -7,6 +7,7 @@
 mod answers;
 mod approximation;
 mod crops;
+mod kept;
 mod reference;
 mod report;
 mod study;

@@ -3,7 +3,8 @@
 use super::super::{diagram, output, report as tell};
 use super::answers;
 use super::crops::{self, MOST_CROPS, crop_name};
-use super::study::{BASELINE, Measured, Study, nothing};
+use super::kept::Measured;
+use super::study::{BASELINE, Study, nothing};
 use super::ways::{self, ADAPTIVE, APPROXIMATION, UNIFORM};
 use groundglass::diagram::{Changes, FigureFile};
 use groundglass::error::Result;

@@ -1,19 +1,15 @@
-//! The measurements of a study, kept in its folder as they come.
+//! The measurements of a study: steps in, a row of the table for each out, kept in its folder as they come ([`super::kept`]).
 
 use super::super::output;
 use super::super::probe::TWIN;
 use super::super::progress::Progress;
-use super::super::report;
 use super::super::stats::median;
+use super::kept::{Measured, Table, save, set_aside, take_up};
 use super::ways::{Setting, Step, UNIFORM, draw, ladder, turn};
-use exr::prelude::{ReadChannels, ReadLayers};
-use groundglass::error::{Error, ErrorKind, Result, Warning};
-use groundglass::picture::{Allocation, Exposure};
+use groundglass::error::{Error, ErrorKind, Result};
+use groundglass::picture::Exposure;
 use groundglass::render::{Execution, SimdLevel, render};
-use groundglass::scene::{Budget, Files, Scene, Source};
-use serde::{Deserialize, Serialize};
-use std::borrow::Cow;
-use std::io::Cursor;
+use groundglass::scene::{Budget, Scene};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -31,43 +27,6 @@ const QUICK_SECONDS: f64 = 14.0;
 
 /// What times are compared with: this many uniform samples, drawn just before.
 pub(super) const BASELINE: u32 = 64;
-
-/// One way at one setting, measured.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Measured {
-    pub(super) way: String,
-    pub(super) setting: String,
-    /// Mean over the pixels.
-    pub(super) samples: f64,
-    /// RMS difference from the converged picture, both clamped, linear light.
-    pub(super) true_rms: f64,
-    /// What the picture says of itself.
-    pub(super) stated_rms: Option<f64>,
-    /// The median of the times (of two, their mean), the shortest and the longest.
-    pub(super) seconds: f64,
-    pub(super) seconds_low: f64,
-    pub(super) seconds_high: f64,
-    /// The median of the times, each over that of 64 uniform samples, drawn just before it.
-    pub(super) ratio: f64,
-}
-
-/// What `cost.json` holds.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Table {
-    pub(super) scene_hash: String,
-    pub(super) version: String,
-    pub(super) width: u32,
-    pub(super) height: u32,
-    pub(super) quick: bool,
-    pub(super) threads: usize,
-    pub(super) simd: String,
-    /// Samples of the converged picture, which has another seed.
-    pub(super) converged_samples: u32,
-    /// The error that it states of itself.
-    #[serde(default)]
-    pub(super) converged_rms: Option<f64>,
-    pub(super) measured: Vec<Measured>,
-}
 
 pub(super) struct Study<'a> {
     pub(super) scene: &'a Scene,
@@ -106,22 +65,7 @@ impl<'a> Study<'a> {
             converged_rms: None,
             measured: Vec::new(),
         };
-        // Files of these names that no study of ours goes on with are set aside, whosever they are.
-        let mut holds_another = super::report::files().iter().any(|name| folder.join(name).exists());
-        let mut truth = None;
-        let found = kept(&folder.join("cost.json"), 16 << 20);
-        if let Some(found) = found.and_then(|text| serde_json::from_slice::<Table>(&text).ok()) {
-            let blank = |table: &Table| Table { measured: Vec::new(), converged_rms: None, ..table.clone() };
-            let same = serde_json::to_string(&blank(&found)).ok() == serde_json::to_string(&table).ok();
-            if same {
-                holds_another = false;
-                truth = converged(&folder.join("converged.exr"), &table);
-                // Errors against a picture that is gone are worth nothing.
-                if truth.is_some() {
-                    table = found;
-                }
-            }
-        }
+        let (truth, holds_another) = take_up(folder, &mut table);
         Ok(Self { scene, table, left: 0, truth, holds_another, folder, limits, read })
     }
 
@@ -189,7 +133,7 @@ impl<'a> Study<'a> {
                     told.iter().position(|step| step.way == row.way && step.setting.name() == row.setting)
                 };
                 self.table.measured.sort_by_key(place);
-                self.save()?;
+                save(self.folder, &self.table, &self.read)?;
             }
             if let Some(left) = left.get_mut(i) {
                 *left = 0.0;
@@ -221,46 +165,14 @@ impl<'a> Study<'a> {
         let (truth, _) = render(&scene, execution)?;
         self.table.converged_rms = truth.rms_error();
         if self.holds_another {
-            self.set_aside()?;
+            set_aside(self.folder)?;
+            self.holds_another = false;
         }
         let path = self.folder.join("converged.exr");
         output::write_whole(&path, &self.read, |file| truth.write_exr(&[], file))?;
         self.table.measured.clear();
-        self.save()?;
+        save(self.folder, &self.table, &self.read)?;
         Ok(truth)
-    }
-
-    /// Moves all that another study wrote into a folder of its own, and says so.
-    fn set_aside(&mut self) -> Result<()> {
-        let free = (1..).map(|n| self.folder.join(format!("earlier-{n}"))).find(|path| !path.exists());
-        let Some(kept) = free else { return Ok(()) };
-        std::fs::create_dir(&kept).map_err(|error| output::broken(&kept, &error))?;
-        for name in super::report::files() {
-            let file = self.folder.join(&name);
-            // The table last: without it nobody would know that there is something to move.
-            match std::fs::rename(&file, kept.join(&name)) {
-                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                    return Err(output::broken(&file, &error));
-                }
-                _ => {}
-            }
-        }
-        self.holds_another = false;
-        report::warnings(&[Warning {
-            file: self.folder.display().to_string(),
-            line: None,
-            message: format!(
-                "this held a study of another scene or by another way to measure, or files of the same names: they are in {} now",
-                kept.display()
-            ),
-        }]);
-        Ok(())
-    }
-
-    fn save(&self) -> Result<()> {
-        let mut text = serde_json::to_string_pretty(&self.table).unwrap_or_default();
-        text.push('\n');
-        output::write_text(&self.folder.join("cost.json"), &self.read, &text)
     }
 
     /// Draws a step's picture once.
@@ -328,50 +240,7 @@ fn stopped(error: Error, remedy: impl Into<String>) -> Error {
     if error.kind() == ErrorKind::Cancelled { error.remedy(remedy) } else { error }
 }
 
-/// The converged picture of an earlier run, if it is there and whole.
-fn converged(path: &Path, table: &Table) -> Option<Exposure> {
-    let (width, height) = (table.width as usize, table.height as usize);
-    let area = width.checked_mul(height)?;
-    // Twelve bytes a pixel, of which compression leaves hardly more at the worst, and a head.
-    let bytes = kept(path, 16 * area as u64 + (1 << 20))?;
-    // A damaged file may claim any size, and room is made for that before anything is read.
-    let head = exr::meta::MetaData::read_from_buffered(Cursor::new(&bytes), false).ok()?;
-    let is_ours = |header: &exr::meta::header::Header| {
-        (header.layer_size.width(), header.layer_size.height()) == (width, height)
-    };
-    if !head.headers.iter().all(is_ours) {
-        return None;
-    }
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .rgb_channels(
-            |size, _| (size.width(), vec![[0.0f32; 3]; area]),
-            |(width, pixels): &mut (usize, Vec<[f32; 3]>), at, (r, g, b): (f32, f32, f32)| {
-                if let Some(pixel) = pixels.get_mut(at.y() * *width + at.x()) {
-                    *pixel = [r, g, b];
-                }
-            },
-        )
-        .first_valid_layer()
-        .all_attributes()
-        .from_buffered(Cursor::new(&bytes))
-        .ok()?;
-    let (_, pixels) = image.layer_data.channel_data.pixels;
-    let is_whole = pixels.iter().flatten().all(|value| value.is_finite());
-    is_whole.then(|| {
-        let samples = Allocation::Uniform(table.converged_samples);
-        Exposure::from_rows(table.width, table.height, &pixels, samples)
-    })
-}
-
 /// For a study of nothing.
 pub(super) fn nothing() -> Error {
     Error::invalid("nothing was measured")
-}
-
-/// A regular file of an earlier study, if there is one and it is no larger than `most`.
-fn kept(path: &Path, most: u64) -> Option<Vec<u8>> {
-    let files = Files::new();
-    files.argument(path).and_then(|path| files.read(&path, most).map(Cow::into_owned)).ok()
 }

@@ -1,0 +1,144 @@
+//! What a study keeps in its folder: the table and the converged picture in and out, so that the next run goes on.
+
+use super::super::{output, report};
+use exr::prelude::{ReadChannels, ReadLayers};
+use groundglass::error::{Result, Warning};
+use groundglass::picture::{Allocation, Exposure};
+use groundglass::scene::{Files, Source};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+/// One way at one setting, measured.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Measured {
+    pub(super) way: String,
+    pub(super) setting: String,
+    /// Mean over the pixels.
+    pub(super) samples: f64,
+    /// RMS difference from the converged picture, both clamped, linear light.
+    pub(super) true_rms: f64,
+    /// What the picture says of itself.
+    pub(super) stated_rms: Option<f64>,
+    /// The median of the times (of two, their mean), the shortest and the longest.
+    pub(super) seconds: f64,
+    pub(super) seconds_low: f64,
+    pub(super) seconds_high: f64,
+    /// The median of the times, each over that of 64 uniform samples, drawn just before it.
+    pub(super) ratio: f64,
+}
+
+/// What `cost.json` holds.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Table {
+    pub(super) scene_hash: String,
+    pub(super) version: String,
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) quick: bool,
+    pub(super) threads: usize,
+    pub(super) simd: String,
+    /// Samples of the converged picture, which has another seed.
+    pub(super) converged_samples: u32,
+    /// The error that it states of itself.
+    #[serde(default)]
+    pub(super) converged_rms: Option<f64>,
+    pub(super) measured: Vec<Measured>,
+}
+
+/// Goes on with the study of `table` that the folder holds, if it does: fills the table and gives the converged picture. Tells also
+/// whether the folder holds a study of another scene or in another way, or other files of the names that a study writes.
+pub(super) fn take_up(folder: &Path, table: &mut Table) -> (Option<Exposure>, bool) {
+    let holds_another = super::report::files().iter().any(|name| folder.join(name).exists());
+    let found = kept(&folder.join("cost.json"), 16 << 20);
+    let Some(found) = found.and_then(|text| serde_json::from_slice::<Table>(&text).ok()) else {
+        return (None, holds_another);
+    };
+    let blank = |table: &Table| Table { measured: Vec::new(), converged_rms: None, ..table.clone() };
+    if serde_json::to_string(&blank(&found)).ok() != serde_json::to_string(table).ok() {
+        return (None, holds_another);
+    }
+    let truth = converged(&folder.join("converged.exr"), table);
+    // Errors against a picture that is gone are worth nothing.
+    if truth.is_some() {
+        *table = found;
+    }
+    (truth, false)
+}
+
+/// Moves all that another study wrote into a folder of its own, and says so.
+pub(super) fn set_aside(folder: &Path) -> Result<()> {
+    let free = (1..).map(|n| folder.join(format!("earlier-{n}"))).find(|path| !path.exists());
+    let Some(kept) = free else { return Ok(()) };
+    std::fs::create_dir(&kept).map_err(|error| output::broken(&kept, &error))?;
+    for name in super::report::files() {
+        let file = folder.join(&name);
+        // The table last: without it nobody would know that there is something to move.
+        match std::fs::rename(&file, kept.join(&name)) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                return Err(output::broken(&file, &error));
+            }
+            _ => {}
+        }
+    }
+    report::warnings(&[Warning {
+        file: folder.display().to_string(),
+        line: None,
+        message: format!(
+            "this held a study of another scene or by another way to measure, or files of the same names: they are in {} now",
+            kept.display()
+        ),
+    }]);
+    Ok(())
+}
+
+/// Writes the table as it is.
+pub(super) fn save(folder: &Path, table: &Table, read: &[PathBuf]) -> Result<()> {
+    let mut text = serde_json::to_string_pretty(table).unwrap_or_default();
+    text.push('\n');
+    output::write_text(&folder.join("cost.json"), read, &text)
+}
+
+/// The converged picture of an earlier run, if it is there and whole.
+fn converged(path: &Path, table: &Table) -> Option<Exposure> {
+    let (width, height) = (table.width as usize, table.height as usize);
+    let area = width.checked_mul(height)?;
+    // Twelve bytes a pixel, of which compression leaves hardly more at the worst, and a head.
+    let bytes = kept(path, 16 * area as u64 + (1 << 20))?;
+    // A damaged file may claim any size, and room is made for that before anything is read.
+    let head = exr::meta::MetaData::read_from_buffered(Cursor::new(&bytes), false).ok()?;
+    let is_ours = |header: &exr::meta::header::Header| {
+        (header.layer_size.width(), header.layer_size.height()) == (width, height)
+    };
+    if !head.headers.iter().all(is_ours) {
+        return None;
+    }
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(
+            |size, _| (size.width(), vec![[0.0f32; 3]; area]),
+            |(width, pixels): &mut (usize, Vec<[f32; 3]>), at, (r, g, b): (f32, f32, f32)| {
+                if let Some(pixel) = pixels.get_mut(at.y() * *width + at.x()) {
+                    *pixel = [r, g, b];
+                }
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(Cursor::new(&bytes))
+        .ok()?;
+    let (_, pixels) = image.layer_data.channel_data.pixels;
+    let is_whole = pixels.iter().flatten().all(|value| value.is_finite());
+    is_whole.then(|| {
+        let samples = Allocation::Uniform(table.converged_samples);
+        Exposure::from_rows(table.width, table.height, &pixels, samples)
+    })
+}
+
+/// A regular file of an earlier study, if there is one and it is no larger than `most`.
+fn kept(path: &Path, most: u64) -> Option<Vec<u8>> {
+    let files = Files::new();
+    files.argument(path).and_then(|path| files.read(&path, most).map(Cow::into_owned)).ok()
+}
