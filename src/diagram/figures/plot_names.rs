@@ -1,7 +1,8 @@
 //! Names in charts. In: the chart as drawn. Out: the series' names at their lines' ends, or in a legend that touches
 //! nothing (in the frame where there is room, else beside it), and the guides' names along them.
 
-use super::plot::{Chart, LINE, Look, MARK, bar_ends, marker};
+use super::plot_chart::{Chart, LINE, Look};
+use super::plot_marks::{MARK, bar_ends, marker};
 use super::plot_series::Series;
 use crate::diagram::canvas;
 use crate::diagram::display_list::{Fill, Group, Item, Point, Shape};

@@ -1,0 +1,74 @@
+//! What a chart is: its panel, axes, series with their looks, and guides; and what it says in words. From [`super::plot`], for
+//! [`super::plot_frame`], [`super::plot_marks`] and [`super::plot_names`].
+
+use super::plot_axis::{Axis, Scale};
+use super::plot_keys::Keys;
+use super::plot_series::Series;
+use crate::diagram::display_list::{Point, Stroke};
+use crate::diagram::panel::Panel;
+use crate::diagram::sheet::plain;
+use crate::diagram::theme::Hue;
+use crate::diagram::words::short;
+
+/// The width of a series' line in millimetres.
+pub(crate) const LINE: f64 = 0.45;
+
+/// How a series is drawn.
+#[derive(Clone, Copy)]
+pub(crate) struct Look {
+    pub(crate) hue: Hue,
+    pub(crate) stroke: Stroke,
+    pub(crate) marker: usize,
+    pub(crate) line: bool,
+    pub(crate) markers: bool,
+}
+
+/// A guide on the page: its ends.
+pub(crate) struct Guide {
+    pub(crate) name: Option<String>,
+    pub(crate) ends: [Point; 2],
+}
+
+/// All that the names must keep clear of and belong to.
+pub(crate) struct Chart {
+    pub(crate) panel: Panel,
+    pub(crate) x: Axis,
+    pub(crate) y: Axis,
+    pub(crate) series: Vec<(Series, Look)>,
+    pub(crate) guides: Vec<Guide>,
+}
+
+/// The chart in words, with its numbers.
+pub(super) fn describe(chart: &Chart, keys: &Keys, name: &str) -> String {
+    let is_log = |axis: &Axis| axis.range.scale == Scale::Log;
+    let kind = match (is_log(&chart.x), is_log(&chart.y)) {
+        (true, true) => "Chart with logarithmic axes",
+        (true, false) => "Chart with a logarithmic x axis",
+        (false, true) => "Chart with a logarithmic y axis",
+        (false, false) => "Chart",
+    };
+    let mut text = format!("{kind}: {name}.");
+    for (axis, keys, letter) in [(&chart.x, &keys.x, "x"), (&chart.y, &keys.y, "y")] {
+        let unit = keys.unit.as_ref().map_or(String::new(), |unit| format!(" {}", plain(unit)));
+        text.push_str(&format!(
+            " {letter} runs from {} to {}{unit}.",
+            short(axis.range.low),
+            short(axis.range.high)
+        ));
+    }
+    for (series, _) in &chart.series {
+        let ends: Vec<String> = [series.points.first(), series.points.last()]
+            .into_iter()
+            .flatten()
+            .map(|p| format!("({}, {})", short(p.x), short(p.y)))
+            .collect();
+        let count = series.points.len();
+        let points = if count == 1 { "point".to_owned() } else { format!("{count} points from") };
+        let ends = if count == 1 { ends.first().cloned().unwrap_or_default() } else { ends.join(" to ") };
+        text.push_str(&format!(" {}: {points} {ends}.", plain(&series.name)));
+    }
+    for guide in keys.guide.iter().filter_map(|guide| guide.name.as_deref()) {
+        text.push_str(&format!(" Guide: {}.", plain(guide)));
+    }
+    text
+}
