@@ -4,4 +4,5 @@ pub(crate) mod pdf;
 mod pdf_font;
 pub(crate) mod pixels;
 pub(crate) mod svg;
+mod svg_elements;
 mod svg_letters;
