@@ -1,13 +1,14 @@
 //! `groundglass diagram FIGURE.toml|SCENE.toml`: a figure, or a scene's camera in section, as SVG, PNG or PDF; also
-//! the list of kinds, a first figure file of a kind, and whether drawn figures are up to date.
+//! the list of kinds, and a first figure file of a kind.
 
+use super::book::{self, Reading};
+use super::figure_file::{self, Drawn, Writing, draw_figure, write_as};
 use super::input::{self, MemoryArguments, Opened, RootArguments};
-use super::{new, optics_words, output, report};
+use super::{optics_words, output, report};
 use clap::ValueEnum;
 use groundglass::diagram::{self, Changes, Figure, FigureFile, KINDS, Kind, TextAs, Theme};
 use groundglass::error::{Error, ErrorKind, Result, Warning};
-use groundglass::scene::{Scene, Source};
-use std::io::Write;
+use groundglass::scene::Scene;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -118,19 +119,6 @@ fn pixels(text: &str) -> Result<f64, String> {
     within(text, 0.01, 1000.0)
 }
 
-/// Pixels for each millimetre of the page in a PNG: 203 dots an inch, a page of 160 mm 1280 pixels wide.
-const PIXELS_PER_MM: f64 = 8.0;
-
-/// The folder that holds a book of figures.
-const BOOK: &str = "diagrams";
-
-/// How files are written.
-#[derive(Clone, Copy)]
-struct Writing {
-    png_scale: f64,
-    text: Option<TextAs>,
-}
-
 pub(super) fn run(arguments: &Arguments) -> Result<bool> {
     if arguments.list {
         return list().map(|()| true);
@@ -139,13 +127,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<bool> {
         return starter(kind, &arguments.output).map(|()| true);
     }
     for path in &arguments.output {
-        format(path)?;
+        figure_file::format(path)?;
     }
     if arguments.check {
-        return check(arguments);
+        return book::check(&arguments.files, arguments.reading(), changes(arguments));
     }
     if let Some(page) = &arguments.gallery {
-        return gallery(page, arguments).map(|()| true);
+        return book::gallery(page, &arguments.files, arguments.reading()).map(|()| true);
     }
     if arguments.files.len() > 1 && !arguments.output.is_empty() {
         return Err(Error::new(ErrorKind::Usage, "-o names the drawing of one file, and several are given")
@@ -186,65 +174,10 @@ fn starter(kind: &str, outputs: &[PathBuf]) -> Result<()> {
     }
 }
 
-/// The files given, or all figures of the book beside.
-fn book(arguments: &Arguments) -> Result<Vec<PathBuf>> {
-    if !arguments.files.is_empty() {
-        return Ok(arguments.files.clone());
+impl Arguments {
+    fn reading(&self) -> Reading<'_> {
+        Reading { root: self.root.root.as_deref(), memory: self.memory }
     }
-    let folder = Path::new(BOOK);
-    let folder = if folder.is_dir() { folder } else { Path::new(".") };
-    let wrong = |error: std::io::Error| {
-        Error::new(ErrorKind::Io, format!("the folder cannot be read: {error}"))
-            .in_file(folder.display().to_string())
-    };
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(wrong)? {
-        let path = entry.map_err(wrong)?.path();
-        let path = path.strip_prefix(".").map(Path::to_path_buf).unwrap_or(path);
-        // Scenes and what else is in TOML may stand beside.
-        let is_toml = path.extension().is_some_and(|ending| ending == "toml");
-        if is_toml && FigureFile::is_figure(&input::open(&path, arguments.root.root.as_deref())?.document)? {
-            files.push(path);
-        }
-    }
-    files.sort();
-    if files.is_empty() {
-        return Err(Error::new(ErrorKind::Usage, "there are no figures here")
-            .in_file(folder.display().to_string())
-            .remedy("name the files, or begin one with --new KIND"));
-    }
-    Ok(files)
-}
-
-/// Writes a page in Markdown: of each kind, in the book's order, its figures and their sources.
-fn gallery(page: &Path, arguments: &Arguments) -> Result<()> {
-    let folder = output::folder(page)?;
-    let mut entries = Vec::new();
-    let mut read = Vec::new();
-    for file in &book(arguments)? {
-        let opened = input::open(file, arguments.root.root.as_deref())?;
-        let figure = FigureFile::from_document(opened.document.clone())?;
-        let order = KINDS.iter().position(|kind| kind.name == figure.kind().name).unwrap_or(0);
-        let path = new::relative(&folder, &opened.path)?;
-        entries.push((order, path, figure.kind(), opened.document.text().to_owned()));
-        read.extend(opened.source.paths());
-    }
-    entries.sort_by(|a, b| (a.0, &a.1).cmp(&(b.0, &b.1)));
-    let mut text = String::from(
-        "# The book of figures\n\n\
-         Made by `groundglass diagram --gallery docs/gallery.md`: each figure with its whole source. A new one begins with\n`groundglass diagram --new KIND`; `groundglass schema --figures` lists every key.\n",
-    );
-    for (_, path, kind, source) in entries {
-        let stem = path.strip_suffix(".toml").unwrap_or(&path);
-        let name = stem.rsplit('/').next().unwrap_or(stem);
-        text.push_str(&format!(
-            "\n## {name}\n\n`{}`: {}.\n\n![{name}]({stem}.svg)\n\n```toml\n{}```\n",
-            kind.name,
-            kind.line,
-            source.replace("\r\n", "\n")
-        ));
-    }
-    output::write_text(page, &read, &text)
 }
 
 fn changes(arguments: &Arguments) -> Changes {
@@ -280,7 +213,8 @@ fn draw(file: &Path, arguments: &Arguments) -> Result<()> {
     for path in &outputs {
         output::check(path, &opened.source.paths())?;
     }
-    let drawn = if is_figure { figure_of(&opened, changes(arguments)) } else { camera_of(opened, arguments) };
+    let drawn =
+        if is_figure { draw_figure(&opened, changes(arguments)) } else { camera_of(opened, arguments) };
     let (figure, read) = drawn.map_err(|error| match error.place().key.as_deref() {
         // The width that the user gave stands in no file.
         Some("width_mm") if arguments.width_mm.is_some() => {
@@ -293,16 +227,6 @@ fn draw(file: &Path, arguments: &Arguments) -> Result<()> {
         write_as(&figure, path, &read, writing)?;
     }
     Ok(())
-}
-
-type Drawn = (Figure, Vec<PathBuf>);
-
-/// A figure file's figure, and the files read.
-fn figure_of(opened: &Opened, changes: Changes) -> Result<Drawn> {
-    let file = FigureFile::from_document(opened.document.clone())?;
-    let figure = file.draw(&opened.source, opened.folder(), changes)?;
-    report::warnings(figure.warnings());
-    Ok((figure, opened.source.paths()))
 }
 
 /// The side view of a scene's camera, and the files read.
@@ -323,68 +247,6 @@ fn camera_of(opened: Opened, arguments: &Arguments) -> Result<Drawn> {
     Ok((figure, input.read_paths()))
 }
 
-/// Names the figure files whose SVG is not what would be drawn now; whether there is none.
-fn check(arguments: &Arguments) -> Result<bool> {
-    let (mut stale, mut failed) = (String::new(), None);
-    for file in &book(arguments)? {
-        // One that cannot be drawn hides nothing of the others.
-        match staleness(file, arguments) {
-            Ok(None) => {}
-            Ok(Some(why)) => stale.push_str(&format!(
-                "{} {why}; draw it anew with `groundglass diagram {}`, and look at it\n",
-                file.with_extension("svg").display(),
-                file.display()
-            )),
-            Err(error) => {
-                if let Some(earlier) = failed.replace(error) {
-                    report::failure(&earlier);
-                }
-            }
-        }
-    }
-    report::print(&stale)?;
-    failed.map_or(Ok(stale.is_empty()), Err)
-}
-
-/// Why the SVG beside a figure file is not what would be drawn now.
-fn staleness(file: &Path, arguments: &Arguments) -> Result<Option<&'static str>> {
-    let mut opened = input::open(file, arguments.root.root.as_deref())?;
-    opened.source.limit(arguments.memory);
-    let (figure, _) = figure_of(&opened, changes(arguments))?;
-    let svg = file.with_extension("svg");
-    let drawn = figure.to_svg()?;
-    // Through the door that refuses devices; one longer than what would be drawn is not it.
-    Ok(match opened.source.argument(&svg) {
-        Err(error) if error.kind() == ErrorKind::Invalid && !svg.exists() => Some("is missing"),
-        Err(_) => Some("cannot be read"),
-        Ok(found) => match opened.source.read(&found, drawn.len() as u64) {
-            Ok(bytes) if *bytes == *drawn.as_bytes() => None,
-            Ok(_) => Some("is stale"),
-            Err(error) if error.kind() == ErrorKind::TooLarge => Some("is stale"),
-            Err(_) => Some("cannot be read"),
-        },
-    })
-}
-
-#[derive(Clone, Copy)]
-enum Format {
-    Svg,
-    Png,
-    Pdf,
-}
-
-fn format(path: &Path) -> Result<Format> {
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-    match ending.as_deref() {
-        Some("svg") => Ok(Format::Svg),
-        Some("png") => Ok(Format::Png),
-        Some("pdf") => Ok(Format::Pdf),
-        _ => Err(Error::new(ErrorKind::Usage, "a drawing's name ends in .svg, .png or .pdf")
-            .in_file(path.display().to_string())
-            .remedy("give such a name with -o")),
-    }
-}
-
 /// The side view of a scene's camera, with its meshes as subject.
 pub(super) fn figure(scene: &Scene, section: Section, inset: Inset) -> Result<Figure> {
     changed(scene, Changes { section: Some(section.into()), inset: Some(inset.into()), ..Changes::default() })
@@ -403,20 +265,4 @@ fn changed(scene: &Scene, changes: Changes) -> Result<Figure> {
         .theme(changes.theme.unwrap_or(Theme::PRINT))
         .page_width(width)
         .figure()
-}
-
-/// Writes a figure in the format that the file's name asks for.
-pub(super) fn write(figure: &Figure, path: &Path, read: &[PathBuf]) -> Result<()> {
-    write_as(figure, path, read, Writing { png_scale: PIXELS_PER_MM, text: None })
-}
-
-fn write_as(figure: &Figure, path: &Path, read: &[PathBuf], writing: Writing) -> Result<()> {
-    let bytes = match format(path)? {
-        Format::Svg => figure.to_svg_with(writing.text.unwrap_or(TextAs::Paths))?.into_bytes(),
-        Format::Pdf => figure.to_pdf_with(writing.text.unwrap_or(TextAs::Text))?,
-        Format::Png => figure.to_png(writing.png_scale)?,
-    };
-    output::write_whole(path, read, |file| {
-        file.write_all(&bytes).map_err(|error| output::broken(path, &error))
-    })
 }

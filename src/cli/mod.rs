@@ -2,12 +2,14 @@
 //! exit code. One file per verb; what verbs share: `input` (scenes), `output` (whole files),
 //! `report` (errors and text) and `interrupt`. Only the library's public API is used here.
 
+mod book;
 mod builtin;
 mod check;
 mod cost;
 mod diagram;
 mod effects;
 mod explain;
+mod figure_file;
 mod input;
 mod interrupt;
 mod limited;

@@ -6,7 +6,7 @@ use super::progress::Progress;
 use super::replay::Replay;
 use super::stats::{self, Asked, Samples, Stats};
 use super::values::{Pixels, Positive, Seconds, Simd};
-use super::{diagram, interrupt, optics_words, output, report};
+use super::{diagram, figure_file, interrupt, optics_words, output, report};
 use groundglass::error::{Error, ErrorKind, Result, Warning};
 use groundglass::plan::RenderPlan;
 use groundglass::render::{Execution, MOST_FOR_ERROR, SimdLevel, render, replay};
@@ -345,7 +345,7 @@ fn first_steps(scene: &Scene, picture: &Path) -> Result<()> {
     let mut made = Vec::new();
     for ending in ["svg", "png"] {
         let path = picture.with_file_name("tower-diagram").with_extension(ending);
-        diagram::write(&figure, &path, &[])?;
+        figure_file::write(&figure, &path, &[])?;
         made.push(path.display().to_string());
     }
     let more = match scene.render.budget {

@@ -1,6 +1,6 @@
 //! What a study writes: charts (TOML, SVG, PDF, PNG), a table (CSV; JSON is there already), crops and a page in words.
 
-use super::super::{diagram, output, report as tell};
+use super::super::{figure_file, output, report as tell};
 use super::answers;
 use super::crops::{self, MOST_CROPS, crop_name};
 use super::kept::Measured;
@@ -54,7 +54,7 @@ pub(super) fn write(study: &Study<'_>, stem: &str, folder: &Path) -> Result<()> 
         let figure =
             FigureFile::from_document(document)?.draw(&pictures, Path::new(""), Changes::default())?;
         for ending in &ENDINGS[1..] {
-            diagram::write(&figure, &folder.join(name).with_extension(ending), &study.read)?;
+            figure_file::write(&figure, &folder.join(name).with_extension(ending), &study.read)?;
         }
     }
     text("cost.md", &(page(study, stem) + &answers::words(&optics)))
