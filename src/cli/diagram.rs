@@ -1,5 +1,6 @@
 //! `groundglass diagram FIGURE.toml|SCENE.toml`: a figure, or a scene's camera in section, as SVG, PNG or PDF; also
-//! the list of kinds, and a first figure file of a kind.
+//! the list of kinds, and a first figure file of a kind. The book of
+//! figures is [`super::book`]'s.
 
 use super::book::{self, Reading};
 use super::figure_file::{self, Drawn, Writing, draw_figure, write_as};

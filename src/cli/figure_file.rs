@@ -1,4 +1,5 @@
-//! Figures from files and into files: a figure file in, a drawing out in the format that its name asks for.
+//! Figures from files and into files: a figure file in, a drawing out in the format that its name asks for, for
+//! `diagram`, `book`, `render` and `cost`.
 
 use super::input::Opened;
 use super::{output, report};

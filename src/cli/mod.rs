@@ -1,6 +1,6 @@
 //! The command line. In: arguments; out: files, text on standard output, errors on standard error, and an
-//! exit code. One file per verb; what verbs share: `input` (scenes), `output` (whole files),
-//! `report` (errors and text) and `interrupt`. Only the library's public API is used here.
+//! exit code. One file per verb, and `book` of `diagram`; what verbs share: `input` (scenes), `figure_file` (figures),
+//! `output` (whole files), `report` (errors and text) and `interrupt`. Only the library's public API is used here.
 
 mod book;
 mod builtin;

@@ -1,7 +1,7 @@
 //! Where on the film points can be seen: conservative pixel boxes over cells of the aperture.
 //!
 //! In: points in the lens frame, eight at a time: vertices, and corners of what the frustum leaves of a triangle. Out: for each
-//! point and cell the pixels that it can reach, for [`super::bin`]: from the cell's middle `x(c)` as far as the largest change of
+//! point and cell the pixels that it can reach, for [`super::boxes`]: from the cell's middle `x(c)` as far as the largest change of
 //! its image over the cell, `radius |dx - x(c) dw| / least w`, to both sides.
 
 use super::view::{LensCell, View};

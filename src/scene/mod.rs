@@ -3,7 +3,7 @@
 //! The scene file: `document` (TOML with places) -> `shape` (against the schema) -> `file` (the mirror
 //! structs) -> `validate` (a [`SceneDescription`]: units converted, defaults filled, every wrong value
 //! refused with its line) -> `resolve` (movements solved). Its assets: `source` (the one door to files) ->
-//! `normalize`, `obj`, `mtl`, `triangulate`, `texture`, `mip`, `outline` -> `reading` -> `assets` (a [`Model`]). Both:
+//! `records`, `normalize`, `obj`, `mtl`, `triangulate`, `texture`, `mip`, `outline` -> `reading` -> `assets` (a [`Model`]). Both:
 //! `load` (a [`Scene`] with its `surfaces` in the world, and which of them look alike: `patches`).
 
 mod assets;

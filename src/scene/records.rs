@@ -9,9 +9,9 @@ use crate::error::{Error, ErrorKind, Result};
 /// How many records of each kind.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Counts {
-    pub positions: i64,
-    pub texcoords: i64,
-    pub normals: i64,
+    pub(super) positions: i64,
+    pub(super) texcoords: i64,
+    pub(super) normals: i64,
     faces: u64,
     corners: u64,
 }
@@ -60,7 +60,7 @@ impl Counts {
     }
 }
 
-pub(crate) fn too_large() -> Error {
+pub(super) fn too_large() -> Error {
     Error::new(ErrorKind::TooLarge, "reading the mesh takes more memory than there is, or than was allowed")
         .remedy("allow more memory, or split or thin out the mesh")
 }

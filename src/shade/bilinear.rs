@@ -1,6 +1,6 @@
 //! Bilinear interpolation at up to 16 places of one level of a texture: what lies between the four texels around each.
 //!
-//! In: places, from [`super::gather`], and a level and how to read it ([`super::filter`]). Out: the colour at each, their sums,
+//! In: places, from [`super::gather`] and [`super::reads`], and a level and how to read it ([`super::filter`]). Out: the colour at each, their sums,
 //! or which are holes. `a + (b - a) fx + (c - a) fy + (a - b - c + d) fx fy`, with `a`, `b` the upper and `c`, `d` the lower
 //! texels; `fx` is what `size s + part - 1/2` has beyond a whole number, `fy` the same downward.
 //!

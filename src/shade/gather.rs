@@ -1,6 +1,6 @@
 //! Texture look-ups for up to 16 samples at a time that see one surface: places in, summed colours out.
 //!
-//! In: places, from [`super::reads`] and [`super::shadowed`], and a level and how to read it ([`super::filter`]). Out:
+//! In: places, from [`super::reads`], [`super::texels`] and [`super::shadowed`], and a level and how to read it ([`super::filter`]). Out:
 //! `sum texel` over the even and over the odd samples of a group and, where the light differs between them, `sum texel light`;
 //! for [`super::cutout`] which are holes. A texel is that of column `floor(start + size s + part)`, modulo `size`, and its row,
 //! or lies between four ([`super::bilinear`]).

@@ -1,4 +1,5 @@
-//! What a study keeps in its folder: the table and the converged picture in and out, so that the next run goes on.
+//! What a study's folder holds, so that the next run goes on: the table in and out, the converged picture in ([`super::study`] writes
+//! it); what another study left is set aside.
 
 use super::super::{output, report};
 use exr::prelude::{ReadChannels, ReadLayers};
@@ -50,6 +51,7 @@ pub(super) struct Table {
 /// Goes on with the study of `table` that the folder holds, if it does: fills the table and gives the converged picture. Tells also
 /// whether the folder holds a study of another scene or in another way, or other files of the names that a study writes.
 pub(super) fn take_up(folder: &Path, table: &mut Table) -> (Option<Exposure>, bool) {
+    // Files of these names that no study of ours goes on with are set aside, whosever they are.
     let holds_another = super::report::files().iter().any(|name| folder.join(name).exists());
     let found = kept(&folder.join("cost.json"), 16 << 20);
     let Some(found) = found.and_then(|text| serde_json::from_slice::<Table>(&text).ok()) else {

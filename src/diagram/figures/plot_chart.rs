@@ -11,31 +11,31 @@ use crate::diagram::theme::Hue;
 use crate::diagram::words::short;
 
 /// The width of a series' line in millimetres.
-pub(crate) const LINE: f64 = 0.45;
+pub(super) const LINE: f64 = 0.45;
 
 /// How a series is drawn.
 #[derive(Clone, Copy)]
-pub(crate) struct Look {
-    pub(crate) hue: Hue,
-    pub(crate) stroke: Stroke,
-    pub(crate) marker: usize,
-    pub(crate) line: bool,
-    pub(crate) markers: bool,
+pub(super) struct Look {
+    pub(super) hue: Hue,
+    pub(super) stroke: Stroke,
+    pub(super) marker: usize,
+    pub(super) line: bool,
+    pub(super) markers: bool,
 }
 
 /// A guide on the page: its ends.
-pub(crate) struct Guide {
-    pub(crate) name: Option<String>,
-    pub(crate) ends: [Point; 2],
+pub(super) struct Guide {
+    pub(super) name: Option<String>,
+    pub(super) ends: [Point; 2],
 }
 
-/// All that the names must keep clear of and belong to.
-pub(crate) struct Chart {
-    pub(crate) panel: Panel,
-    pub(crate) x: Axis,
-    pub(crate) y: Axis,
-    pub(crate) series: Vec<(Series, Look)>,
-    pub(crate) guides: Vec<Guide>,
+/// A chart as it is laid out, in page millimetres.
+pub(super) struct Chart {
+    pub(super) panel: Panel,
+    pub(super) x: Axis,
+    pub(super) y: Axis,
+    pub(super) series: Vec<(Series, Look)>,
+    pub(super) guides: Vec<Guide>,
 }
 
 /// The chart in words, with its numbers.

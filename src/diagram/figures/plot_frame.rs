@@ -1,5 +1,5 @@
 //! What stands around a chart's lines. In: the chart and its ticks. Out: grid, frame, ticks with their labels, and the titles of the
-//! axes, as items of a display list.
+//! axes, as items of a display list, for [`super::plot`].
 
 use super::plot_axis::Tick;
 use super::plot_chart::Chart;

@@ -1,5 +1,5 @@
 //! What a series draws in a chart. In: its points and its look. Out: error bars, line and markers as a group of a display list, and
-//! the shapes that a legend shows of them.
+//! the shapes that a legend shows of them, for [`super::plot`] and [`super::plot_names`].
 
 use super::plot_axis::{Axis, Scale};
 use super::plot_chart::{Chart, Look};
@@ -13,7 +13,7 @@ use crate::diagram::words::exact;
 /// The width of an error bar in millimetres.
 const BAR: f64 = 0.25;
 /// Half the size of a marker.
-pub(crate) const MARK: f64 = 0.95;
+pub(super) const MARK: f64 = 0.95;
 
 /// A series: error bars under the line, markers over it. What lies beyond a given end of an axis is cut off.
 pub(super) fn series_group(chart: &Chart, series: &Series, look: Look, theme: &Theme) -> Group {
@@ -72,7 +72,7 @@ pub(super) fn series_group(chart: &Chart, series: &Series, look: Look, theme: &T
 }
 
 /// The ends of a point's error bars on the page. One that leaves a logarithmic axis ends beyond the frame.
-pub(crate) fn bar_ends(chart: &Chart, point: &DataPoint) -> Vec<(Point, Point)> {
+pub(super) fn bar_ends(chart: &Chart, point: &DataPoint) -> Vec<(Point, Point)> {
     let [left, _, _, bottom] = chart.panel.frame;
     let page = |axis: &Axis, value: f64, beyond: f64| {
         if axis.range.scale == Scale::Log && value <= 0.0 { beyond } else { axis.page(value) }
@@ -84,7 +84,7 @@ pub(crate) fn bar_ends(chart: &Chart, point: &DataPoint) -> Vec<(Point, Point)> 
 }
 
 /// Six shapes, filled, then the same hollow.
-pub(crate) fn marker(at: Point, look: Look, theme: &Theme) -> Shape {
+pub(super) fn marker(at: Point, look: Look, theme: &Theme) -> Shape {
     let hollow = look.marker >= 6;
     let color = if hollow { theme.paper } else { look.hue.line };
     let fill = Some(Fill::Flat { color, opacity: 1.0 });
