@@ -25,8 +25,8 @@ impl Pilot {
 
     /// Of a small picture a tenth, four at least: what they show of numbers of samples that are not the first run's in the end is thrown
     /// away. (Of 20 tiles eight took up to half as much as the picture; with four, 0.72 to 1.07 of the instructions on seven scenes. Of
-    /// 80 tiles four say too little of a picture half of which is sky: all began with 64 or 512 samples, 1.6 and 1.9 times what a
-    /// perfect allocation takes; with eight 1.2 and 1.3.)
+    /// 80 tiles four say too little of a picture half of which is sky: all began with 64 or 512 samples, 1.6 and 1.7 to 1.9
+    /// times what a perfect allocation takes; with eight 1.2 and 1.3.)
     pub(super) fn to_choose(tiles: usize) -> Self {
         Self::new(tiles, 41, (tiles / 10).clamp(4, 8))
     }

@@ -72,7 +72,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     };
     let limits = (Some(threads), input.room());
     let study = interrupt::polled(|cancel| {
-        let mut study = Study::open(&scene, &folder, limits, arguments.quick, input.read_paths())?;
+        let mut study = Study::open(&scene, &folder, limits, arguments.quick, input.read_paths());
         study.measure(cancel)?;
         Ok(study)
     })

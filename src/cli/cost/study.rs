@@ -52,7 +52,7 @@ impl<'a> Study<'a> {
         limits: (Option<usize>, Option<u64>),
         quick: bool,
         read: Vec<PathBuf>,
-    ) -> Result<Self> {
+    ) -> Self {
         let mut table = Table {
             scene_hash: scene.hash(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -66,7 +66,7 @@ impl<'a> Study<'a> {
             measured: Vec::new(),
         };
         let (truth, holds_another) = take_up(folder, &mut table);
-        Ok(Self { scene, table, left: 0, truth, holds_another, folder, limits, read })
+        Self { scene, table, left: 0, truth, holds_another, folder, limits, read }
     }
 
     /// Measures what is not measured yet.
