@@ -9,8 +9,9 @@
 use super::bounds::PixelBox;
 use super::boxes::{Boxes, CHUNK};
 use super::cull::{Cluster, Seen};
+use super::lens_points::LensPoints;
 use super::lists::{Cursor, TileLists, Tiles};
-use super::loose::{self, LensPoints, Loose};
+use super::loose::{self, Loose};
 use super::order::{by_key, key};
 use super::view::{LensCell, View};
 use super::waiting::Waiting;
@@ -204,13 +205,17 @@ impl Bins {
     /// they are given, and with their boxes from each cell.
     pub(super) fn next(
         &self,
+        level: Level,
         tile: (u32, u32),
         cursor: &mut Cursor,
-        lens: Option<&LensPoints>,
+        lens: Option<&mut LensPoints>,
         out: &mut Waiting,
     ) {
         let first = out.count;
-        self.places(tile, cursor, lens, out);
+        match lens {
+            Some(lens) => self.places_seen(level, tile, cursor, lens, out),
+            None => self.places(tile, cursor, out),
+        }
         // They lie anywhere in memory: with nothing to decide in between, it brings many at once.
         for at in first..out.count {
             out.candidates[at] = self.candidates[out.places[at] as usize];
@@ -227,22 +232,31 @@ impl Bins {
     }
 
     /// The places of the next candidates.
-    fn places(&self, tile: (u32, u32), cursor: &mut Cursor, lens: Option<&LensPoints>, out: &mut Waiting) {
-        while out.count < LANES {
-            let places = &mut out.places[out.count..];
-            let found = self.lists.next(tile, cursor, places);
-            if found == 0 {
-                return;
-            }
-            for at in out.count..out.count + found {
-                let place = out.places[at] as usize;
-                let batches = match (lens, self.loose.get(place)) {
-                    (Some(lens), Some(loose)) => lens.seeing(loose, tile),
-                    _ => u64::MAX,
-                };
-                (out.places[out.count], out.batches[out.count]) = (self.order[place], batches);
-                out.count += usize::from(batches != 0);
-            }
+    fn places(&self, tile: (u32, u32), cursor: &mut Cursor, out: &mut Waiting) {
+        let places = &mut out.places[out.count..];
+        let found = self.lists.next(tile, cursor, places);
+        for place in &mut places[..found] {
+            *place = self.order[*place as usize];
+        }
+        out.count += found;
+    }
+
+    /// The places of the next candidates that lens points may see, and which may.
+    fn places_seen(
+        &self,
+        level: Level,
+        tile: (u32, u32),
+        cursor: &mut Cursor,
+        lens: &mut LensPoints,
+        out: &mut Waiting,
+    ) {
+        out.points.truncate(out.count * lens.words());
+        while out.count < LANES
+            && let Some((place, points)) = lens.next(level, (&self.lists, &self.loose), tile, cursor)
+        {
+            out.places[out.count] = self.order[place as usize];
+            out.points.extend_from_slice(points);
+            out.count += 1;
         }
     }
 }

@@ -16,6 +16,9 @@ const CHUNK: usize = 4096;
 /// Squares of a level that a triangle may be listed with; beyond, it goes to the next level.
 const MOST: u32 = 16;
 
+/// Entries of a list that [`TileLists::some`] looks at together.
+const AT_ONCE: usize = 64;
+
 /// Levels of squares above the tiles: 1024 tiles are the most in a row.
 const LEVELS: usize = 5;
 
@@ -40,7 +43,7 @@ impl Tiles {
 
     fn contain(self, (x, y): (u32, u32)) -> bool {
         (u32::from(self.x0)..=u32::from(self.x1)).contains(&x)
-            && (u32::from(self.y0)..=u32::from(self.y1)).contains(&y)
+            & (u32::from(self.y0)..=u32::from(self.y1)).contains(&y)
     }
 }
 
@@ -175,6 +178,40 @@ impl TileLists {
         self.rows.get(y as usize).map_or(&[][..], |row| row.list(x))
     }
 
+    /// The next triangles that may touch tile `(x, y)`, list by list: those of each come in order, and all come before those of the
+    /// next call. Tells whether there were any to look at.
+    pub(super) fn some(&self, (x, y): (u32, u32), cursor: &mut Cursor, out: &mut Vec<u32>) -> bool {
+        out.clear();
+        let own = self.own((x, y)).get(cursor.own..).unwrap_or_default();
+        let squares: [&[(u32, Tiles)]; LEVELS] = std::array::from_fn(|at| {
+            let Some(level) = self.levels.get(at) else { return &[][..] };
+            let list = (y >> level.shift) * level.squares_x + (x >> level.shift);
+            level.lists.list(list).get(cursor.squares[at]..).unwrap_or_default()
+        });
+        let ends = squares.iter().filter_map(|list| list.get(AT_ONCE)).map(|entry| entry.0);
+        let end = ends.chain(own.get(AT_ONCE).copied()).min().unwrap_or(u32::MAX);
+        let own = &own[..own.len().min(AT_ONCE)];
+        let own = &own[..own.partition_point(|&place| place < end)];
+        out.extend_from_slice(own);
+        cursor.own += own.len();
+        let mut looked = own.len();
+        for (list, read) in squares.iter().zip(&mut cursor.squares) {
+            let list = &list[..list.len().min(AT_ONCE)];
+            let list = &list[..list.partition_point(|entry| entry.0 < end)];
+            *read += list.len();
+            looked += list.len();
+            // Half of them are of other tiles, which no branch foresees.
+            let (first, mut count) = (out.len(), 0);
+            out.resize(first + list.len(), 0);
+            for (place, tiles) in list {
+                out[first + count] = *place;
+                count += usize::from(tiles.contain((x, y)));
+            }
+            out.truncate(first + count);
+        }
+        looked > 0
+    }
+
     /// The next triangles that may touch tile `(x, y)`, as many as `out` holds or there are; tells how many.
     pub(super) fn next(&self, (x, y): (u32, u32), cursor: &mut Cursor, out: &mut [u32]) -> usize {
         let own = self.own((x, y));
@@ -259,6 +296,13 @@ mod tests {
             let wanted: Vec<u32> =
                 (0..tiles.len() as u32).filter(|&t| tiles[t as usize].contain(tile)).collect();
             assert_eq!(found, wanted, "{tile:?}");
+            let (mut cursor, mut some, mut all) = (Cursor::default(), Vec::new(), Vec::new());
+            while lists.some(tile, &mut cursor, &mut some) {
+                some.sort_unstable();
+                assert!(all.last() < some.first() || some.is_empty(), "{tile:?}");
+                all.append(&mut some);
+            }
+            assert_eq!(all, wanted, "{tile:?}");
         }
     }
 }

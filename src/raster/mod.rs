@@ -46,6 +46,7 @@ pub(crate) mod cull;
 pub(crate) mod film;
 pub(crate) mod group;
 pub(crate) mod kernel;
+mod lens_points;
 mod lists;
 mod loose;
 mod order;

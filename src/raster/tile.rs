@@ -13,8 +13,8 @@ use super::bounds::PixelBox;
 use super::film::TileFilm;
 use super::group::Groups;
 use super::kernel::{Opaque, Visits, cover};
+use super::lens_points::LensPoints;
 use super::lists::Cursor;
-use super::loose::LensPoints;
 use super::setup::{Block, Corners};
 use super::sift::Sieve;
 use super::view::{Batch, Pattern, View};
@@ -155,13 +155,14 @@ impl TileScratch {
     /// Finds the triangles that are to be set up next, and numbers their surfaces: those of the triangles that are passed over
     /// because they touch nothing wanted, too, for the order of surfaces is the order of sums.
     fn pull(&mut self, level: Level, geometry: &Geometry<'_>, film: &TileFilm) {
-        let lens = self.is_loose.then_some(&self.lens);
+        let mut lens = self.is_loose.then_some(&mut self.lens);
         let cells = geometry.bins.cells();
         let next = &mut self.next;
         (next.count, next.is_last) = (0, false);
+        next.words = lens.as_ref().map_or(0, |lens| lens.words());
         for turn in 0..MOST_TURNS {
             let first = next.count;
-            geometry.bins.next(self.part.tile, &mut self.cursor, lens, next);
+            geometry.bins.next(level, self.part.tile, &mut self.cursor, lens.as_deref_mut(), next);
             let found = first..next.count;
             next.is_last = found.len() < LANES - first;
             next.count = first;
@@ -288,9 +289,13 @@ impl TileScratch {
         if self.is_loose {
             let spans = &self.spans[first..];
             self.seeing.extend(self.batch_cells.iter().enumerate().map(|(batch, &cell)| {
-                let each = self.next.batches.iter().enumerate();
-                let seeing =
-                    each.fold(0, |sum, (lane, batches)| sum | ((batches >> batch & 1) as u16) << lane);
+                let mut seeing = 0;
+                for (lane, points) in
+                    self.next.points.chunks(self.next.words).take(self.next.count).enumerate()
+                {
+                    let sees = points[batch / 4] >> (LANES * (batch % 4)) & 0xffff != 0;
+                    seeing |= u16::from(sees) << lane;
+                }
                 seeing & spans[cell].some
             }));
         }

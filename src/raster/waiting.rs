@@ -22,8 +22,10 @@ pub(super) struct Waiting {
     pub candidates: [Candidate; LANES],
     /// The boxes of each from the cells of the lens.
     pub boxes: Vec<PixelBox>,
-    /// For each the batches that may see it, of the tile's first 64.
-    pub batches: [u64; LANES],
+    /// For each the lens points that may see it, word by word; empty where that is not asked.
+    pub points: Vec<u64>,
+    /// How many words of them each has.
+    pub words: usize,
     pub count: usize,
     /// For each the place of its surface among the tile's.
     pub ids: [u32; LANES],
@@ -38,9 +40,9 @@ impl Waiting {
     pub(super) fn replace(&mut self, to: usize, from: usize, cells: usize) {
         if to != from {
             self.candidates[to] = self.candidates[from];
-            self.batches[to] = self.batches[from];
             self.ids[to] = self.ids[from];
             self.boxes.copy_within(from * cells..(from + 1) * cells, to * cells);
+            self.points.copy_within(from * self.words..(from + 1) * self.words, to * self.words);
         }
     }
 
