@@ -73,9 +73,9 @@ impl<S: Simd> Ranges<S> {
         self.x0.simd_le(self.x1) & self.y0.simd_le(self.y1)
     }
 
+    /// Those of `some` of the lens points.
     #[inline(always)]
-    pub(super) fn boxes(self, simd: S) -> LaneBoxes {
-        let some = self.some();
+    pub(super) fn boxes(self, simd: S, some: mask32x16<S>) -> LaneBoxes {
         let Self { x0, x1, y0, y1 } = self;
         let (most, least) = (i32x16::splat(simd, i32::MAX), i32x16::splat(simd, i32::MIN));
         let union = [
@@ -97,6 +97,24 @@ impl<S: Simd> Ranges<S> {
             patches,
             some: some.to_bitmask(),
         }
+    }
+}
+
+impl LaneBoxes {
+    /// Leaves out the lens points from which what is nowhere nearer than `nearest` is hidden; tells whether any are left.
+    #[inline(always)]
+    pub(super) fn sift(&mut self, nearest: f32, seen: &Visibility) -> bool {
+        let mut rest = self.some;
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize % LANES;
+            rest &= rest - 1;
+            let region = |block: i32| block as usize / REGION;
+            let columns = region(self.x0[lane])..region(self.x1[lane]) + 1;
+            let mut rows = region(self.y0[lane])..region(self.y1[lane]) + 1;
+            let hides = |row: usize| columns.clone().all(|column| seen.hides_in(column, row, lane, nearest));
+            self.some &= !(u64::from(rows.all(hides)) << lane);
+        }
+        self.some != 0
     }
 }
 
@@ -129,13 +147,13 @@ fn range<S: Simd>(
 /// Against rounding of positions and edges, in pixels.
 pub(super) const MARGIN: f32 = 4e-3;
 
-/// Draws a triangle lens point by lens point.
+/// Draws a triangle, nowhere nearer than `nearest`, lens point by lens point. Of many patches some may be `HIDDEN`: then they are regions.
 #[inline(always)]
-pub(super) fn draw<S: Simd>(
+pub(super) fn draw<S: Simd, const HIDDEN: bool>(
     simd: S,
     functions: &Functions<S>,
     boxes: &LaneBoxes,
-    id: u32,
+    (id, nearest): (u32, f32),
     seen: &mut Visibility,
 ) {
     let half = 0.5 * TILE as f32;
@@ -153,19 +171,26 @@ pub(super) fn draw<S: Simd>(
         let lane = rest.trailing_zeros() as usize % LANES;
         rest &= rest - 1;
         let (x0, x1, y0, y1) = (boxes.x0[lane], boxes.x1[lane], boxes.y0[lane], boxes.y1[lane]);
-        let mut top = y0;
+        let is_large = HIDDEN && (x1 - x0 + PATCH) * (y1 - y0 + PATCH) > LARGE;
+        let start = if is_large { !(PATCH - 1) } else { !0 };
+        let mut top = y0 & start;
         while top <= y1 {
             let y = (row + top as f32) * step.1 - half;
             let (ra, rb) = (y * ay[lane] + a0[lane], y * by[lane] + b0[lane]);
             let (rc, rz) = (y * cy[lane] + c0[lane], y * zy[lane] + z0[lane]);
-            let rows = (1 << (PATCH * (y1 - top + 1).min(PATCH))) - 1;
-            let mut left = x0;
+            let rows = ((1 << (PATCH * (y1 - top + 1).min(PATCH))) - 1) & (!0 << (PATCH * (y0 - top).max(0)));
+            let mut left = x0 & start;
             while left <= x1 {
+                if is_large && seen.hides_in(left as usize / REGION, top as usize / REGION, lane, nearest) {
+                    left += PATCH;
+                    continue;
+                }
                 let x = (column + left as f32) * step.0 - half;
                 let hit = (x * ax[lane] + ra).simd_ge(zero)
                     & (x * bx[lane] + rb).simd_ge(zero)
                     & (x * cx[lane] + rc).simd_ge(zero);
-                let columns = 0x1111 * ((1 << (x1 - left + 1).min(PATCH)) - 1);
+                let first = 15 & (15 << (x0 - left).max(0));
+                let columns = 0x1111 * (((1 << (x1 - left + 1).min(PATCH)) - 1) & first);
                 let mut bits = hit.to_bitmask() & rows & columns;
                 if bits != 0 {
                     let z = (x * zx[lane] + rz).to_array();
@@ -189,6 +214,9 @@ pub(super) fn draw<S: Simd>(
         }
     }
 }
+
+/// Some four patches.
+const LARGE: i32 = 4 * PATCH * PATCH;
 
 /// Blocks on the side of a patch, and which of it each lane is.
 const PATCH: i32 = 4;

@@ -79,8 +79,8 @@ pub(crate) struct TileScratch {
     blocks: Vec<Block>,
     ready: usize,
     spans: Vec<Spans>,
-    /// For each block and batch, where the tile is loose, the triangles that may be seen.
-    seeing: Vec<u16>,
+    /// For each block and batch, where the tile is loose, the lens points that may see each triangle.
+    seeing: Vec<[u16; LANES]>,
     /// For each block at least the largest `1/t` of it and all after it.
     nearest: Vec<f32>,
     /// The surfaces in the tile, each with one of its triangles.
@@ -236,12 +236,15 @@ impl TileScratch {
                 break;
             }
             let spans = &self.spans[at * geometry.bins.cells() + batch.cell];
-            let some =
-                if self.is_loose { self.seeing[at * self.batch_cells.len() + number] } else { spans.some };
+            let points = self.is_loose.then(|| &self.seeing[at * self.batch_cells.len() + number]);
+            let some = points.map_or(spans.some, |each| {
+                each.iter().enumerate().fold(0, |some, (lane, &points)| some | u16::from(points != 0) << lane)
+            });
             let visits = Visits {
                 block: &self.blocks[at],
                 spans,
                 some,
+                points,
                 film,
                 size: self.part.block,
                 surfaces: &self.surfaces,
@@ -289,14 +292,12 @@ impl TileScratch {
         if self.is_loose {
             let spans = &self.spans[first..];
             self.seeing.extend(self.batch_cells.iter().enumerate().map(|(batch, &cell)| {
-                let mut seeing = 0;
-                for (lane, points) in
-                    self.next.points.chunks(self.next.words).take(self.next.count).enumerate()
-                {
-                    let sees = points[batch / 4] >> (LANES * (batch % 4)) & 0xffff != 0;
-                    seeing |= u16::from(sees) << lane;
+                let mut seeing = [0; LANES];
+                let each = self.next.points.chunks(self.next.words).take(self.next.count);
+                for (lane, points) in each.enumerate().filter(|(lane, _)| spans[cell].some >> lane & 1 == 1) {
+                    seeing[lane] = (points[batch / 4] >> (LANES * (batch % 4))) as u16;
                 }
-                seeing & spans[cell].some
+                seeing
             }));
         }
         self.ready += 1;

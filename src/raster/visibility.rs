@@ -118,6 +118,13 @@ impl Visibility {
         self.is_changed = true;
     }
 
+    /// Whether what is nowhere nearer than `nearest` is hidden from a lane in the region, by what was known when that was last asked.
+    #[inline(always)]
+    pub(crate) fn hides_in(&self, column: usize, row: usize, lane: usize, nearest: f32) -> bool {
+        let at = (row * MOST_REGIONS + column) % (MOST_REGIONS * MOST_REGIONS);
+        nearest <= self.floors[at][lane % LANES]
+    }
+
     /// Lane by lane at most the depth anywhere in the region.
     #[inline(always)]
     pub(crate) fn region_floor<S: Simd>(&mut self, simd: S, column: usize, row: usize) -> f32x16<S> {
