@@ -190,7 +190,7 @@ fn sort_by_place(surfaces: &mut Surfaces) {
 
 #[test]
 fn clusters_that_are_passed_over_change_no_byte() {
-    let tilted = Setting { front: [8.0, -5.0], rear: [-6.0, 3.0], f_number: 1.0, stretch: 1.1, rise: 30.0 };
+    let tilted = Setting { front: [4.0, -3.0], rear: [-6.0, 3.0], f_number: 1.0, stretch: 1.1, rise: 30.0 };
     let mut scenes: Vec<(String, Scene)> = Extreme::ALL
         .into_iter()
         .filter(|&extreme| extreme != Extreme::Layers)
@@ -236,14 +236,18 @@ fn triangles_between_the_samples_of_a_crowded_tile_are_the_only_ones_left_out() 
 
 #[test]
 fn loose_triangles_are_seen_from_the_same_lens_points() {
-    for (triangles, samples) in [(300, 4), (60, 32)] {
-        compare(&format!("loose, N = {samples}"), &extremes::loose(triangles, 260, samples));
+    // Of a lens that leans each point sees the film at another scale, and another shape.
+    for (triangles, width, samples, front) in
+        [(300, 260, 4, [0.0; 2]), (60, 260, 32, [0.0; 2]), (60, 400, 12, [5.0, -3.0])]
+    {
+        let scene = extremes::loose(triangles, width, samples, front);
+        compare(&format!("loose, N = {samples}, lens at {front:?}"), &scene);
     }
 }
 
 #[test]
 fn loose_triangles_in_rounds_and_in_one_go_are_the_same_bytes() {
-    let scene = extremes::loose(300, 260, 16);
+    let scene = extremes::loose(300, 260, 16, [0.0; 2]);
     in_rounds_and_in_one_go(scene, 0.004);
 }
 

@@ -11,7 +11,7 @@ use super::boxes::{Boxes, CHUNK};
 use super::cull::{Cluster, Seen};
 use super::lens_points::LensPoints;
 use super::lists::{Cursor, TileLists, Tiles};
-use super::loose::{self, Loose};
+use super::loose::{self, LooseTriangles};
 use super::order::{by_key, key};
 use super::view::{LensCell, View};
 use super::waiting::Waiting;
@@ -84,7 +84,7 @@ pub(crate) struct Bins {
     /// Places in `candidates`, nearest first.
     order: Vec<u32>,
     /// The same, in order, as [`super::loose`] sees them; empty where most of what the tiles list is not loose.
-    loose: Vec<Loose>,
+    loose: LooseTriangles,
     /// Places in `order`, by tile.
     lists: TileLists,
     pub tiles_x: u32,
@@ -198,7 +198,7 @@ impl Bins {
 
     /// Whether most of what the tiles list are triangles that few of a tile's lens points see.
     pub(crate) fn are_loose(&self) -> bool {
-        !self.loose.is_empty()
+        !self.loose.each.is_empty()
     }
 
     /// Fills `out` with the next candidates, nearest first, that may touch tile `(x, y)` as seen from its lens points, where

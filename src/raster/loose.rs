@@ -1,85 +1,127 @@
 //! Small triangles far out of focus: the lens points from which a tile sees them.
 //!
-//! In: a triangle's corners. Out: the lens points that see it in a tile, as a rectangle, for [`super::lens_points`], which leaves out what
-//! none of a tile's sees. Sixty-four lens points see such a triangle in 64 places all over
-//! its disk of confusion, so most of the tiles under the disk see it from none, and need not set it up.
+//! In: a triangle's corners. Out: how its middle moves over the film with the lens point, and how far the rest is from it, for
+//! [`super::lens_points`], which leaves out what none of a tile's sees. Sixty-four lens points see such a triangle in 64 places all
+//! over its disk of confusion, so most of the tiles under the disk see it from none, and need not set it up.
 //!
-//! A corner's image moves with the lens point: `x(s) = x(0) + (g.s) w(0) / w(s)`, `g = (dx - x(0) dw) / w(0)`, in the
-//! terms of [`super::bounds`]. So the images that touch a tile are those of lens points in a rectangle, which moves in
-//! proportion to the tile's place.
+//! A point's image is `x(s) = (x_1 + u x_u + v x_v) / (1 + u w_u + v w_v)`, `y` likewise, in the terms of [`super::view`] and all
+//! divided by `w_1`; or `x_1 + g.s / (1 + p.s)` with `p = (w_u, w_v)` and `g = (x_u, x_v) - x_1 p`. With `r = 1 / (1 - |p|)`, the most
+//! that `1 / (1 + p.s)` can be, a corner is at most `|x - x'| + |g - g'| r + |g'| |p - p'| r r'` from the middle (with a dash).
 
 use super::TILE;
 use super::lists::Tiles;
 use super::view::View;
-use glam::DVec3;
+use glam::{DVec2, DVec3, Vec3Swizzles};
 use rayon::prelude::*;
 
 /// The least way, in pixels, that an image moves from one end of the lens to the other, for a triangle to be loose. At one
 /// and a half tiles (the tower at f/1.2) it is as fast without.
 const LEAST_BLUR: f64 = 3.0 * TILE as f64;
 
-/// Along one axis of the lens, the middle of the lens points that see the triangle at pixel coordinate 0 of the same axis
-/// of the picture, its change with a pixel, and how far from the middle they lie; fractions of the aperture's radius.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Axis {
-    pub at_zero: f32,
-    pub per_pixel: f32,
-    pub reach: f32,
+/// A triangle whose image is small beside its way over the film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Loose {
+    /// Where its middle is seen through the lens centre, pixels.
+    pub place: [f32; 2],
+    /// How far a lens point lies from the centre, `u` and `v`, for each pixel to the right, and down, that it sees the middle from there,
+    /// but for [`Tilt`]: what is on the diagonal of the inverse of `g`, of `x` and of `y`.
+    pub per_pixel: [f32; 2],
+    /// How far any of it is from its middle at most, pixels right or left and down or up.
+    pub reach: [f32; 2],
 }
 
-/// A triangle whose image is small beside its way over the film.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Loose {
-    pub axes: [Axis; 2],
+/// What a film that leans against the lens, or is turned, adds to that. (Kept apart: tiles go through all of them, and wait for memory.)
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Tilt {
+    /// What is beside the diagonal: `u` for each pixel down, and `v` for each to the right.
+    pub across: [f32; 2],
+    pub p: [f32; 2],
+}
+
+/// Triangles in the order of depth; of those that are not loose [`Loose::SEEN_BY_ALL`].
+#[derive(Default)]
+pub(super) struct LooseTriangles {
+    pub each: Vec<Loose>,
+    /// Empty where there is nothing in any.
+    pub tilts: Vec<Tilt>,
+}
+
+/// How a point's image moves.
+struct Image {
+    place: DVec2,
+    /// `g` of `x` and of `y`.
+    g: [DVec2; 2],
+    p: DVec2,
+    /// The most that `1 / (1 + p.s)` can be.
+    most: f64,
+}
+
+impl Image {
+    /// None where `w` is not positive for all lens points.
+    fn new(view: &View, at: DVec3) -> Option<Self> {
+        let row = |row: usize| DVec3::from(view.pixel_from_lens.map(|part| part[row].dot(at.extend(1.0))));
+        let w = row(2);
+        let p = w.yz() / w.x;
+        let [x, y] = [row(0) / w.x, row(1) / w.x];
+        let is_seen = w.x > 0.0 && p.length() < 1.0;
+        is_seen.then(|| Self {
+            place: DVec2::new(x.x, y.x),
+            g: [x.yz() - x.x * p, y.yz() - y.x * p],
+            p,
+            most: 1.0 / (1.0 - p.length()),
+        })
+    }
+
+    /// In the middle of these, in everything.
+    fn between(corners: &[Self; 3]) -> Option<Self> {
+        let middle = |of: &dyn Fn(&Self) -> DVec2| {
+            let [a, b, c] = corners.each_ref().map(of);
+            0.5 * (a.min(b).min(c) + a.max(b).max(c))
+        };
+        let p = middle(&|corner| corner.p);
+        (p.length() < 1.0).then(|| Self {
+            place: middle(&|corner| corner.place),
+            g: [middle(&|corner| corner.g[0]), middle(&|corner| corner.g[1])],
+            p,
+            most: 1.0 / (1.0 - p.length()),
+        })
+    }
 }
 
 impl Loose {
-    /// Stands for a triangle that is not loose.
-    pub(super) const SEEN_BY_ALL: Self =
-        Self { axes: [Axis { at_zero: 0.0, per_pixel: 0.0, reach: f32::INFINITY }; 2] };
+    /// Stands for a triangle that is not loose: what sees it cannot be told from place or way.
+    pub(super) const SEEN_BY_ALL: Self = Self { place: [0.0; 2], per_pixel: [0.0; 2], reach: [0.0; 2] };
 
     /// None for a triangle that is not loose; all `corners` have to lie within the frustum.
-    pub(super) fn new(view: &View, corners: [DVec3; 3]) -> Option<Self> {
-        let mut images = [[[0.0; 3]; 2]; 3];
-        let mut swings = [0.0; 3];
-        let [c0, cu, cv] = &view.pixel_from_lens;
-        for ((axes, swing), corner) in images.iter_mut().zip(&mut swings).zip(corners) {
-            let at = corner.extend(1.0);
-            let [w, wu, wv] = [c0, cu, cv].map(|rows| rows[2].dot(at));
-            let h = libm::hypot(wu, wv);
-            // How far w(0) / w(s) may be from 1.
-            *swing = if w > h { h / (w - h) } else { return None };
-            for (row, image) in axes.iter_mut().enumerate() {
-                let middle = c0[row].dot(at) / w;
-                *image = [middle, (cu[row].dot(at) - middle * wu) / w, (cv[row].dot(at) - middle * wv) / w];
-            }
+    pub(super) fn new(view: &View, corners: [DVec3; 3]) -> Option<(Self, Tilt)> {
+        let [a, b, c] = corners.map(|corner| Image::new(view, corner));
+        let corners = [a?, b?, c?];
+        let middle = Image::between(&corners)?;
+        let mut reach = DVec2::ZERO;
+        for corner in &corners {
+            let bend = corner.p.distance(middle.p) * corner.most * middle.most;
+            let way = [0, 1].map(|row| {
+                corner.g[row].distance(middle.g[row]) * corner.most + middle.g[row].length() * bend
+            });
+            reach = reach.max((corner.place - middle.place).abs() + DVec2::from(way));
         }
-        let [x, y] = [0, 1].map(|row| {
-            let own = 1 + row;
-            let each = || images.iter().zip(&swings).map(|(axes, swing)| (axes[row], *swing));
-            let middle = |part: usize| {
-                let low = each().map(|(image, _)| image[part]).fold(f64::INFINITY, f64::min);
-                let high = each().map(|(image, _)| image[part]).fold(f64::NEG_INFINITY, f64::max);
-                0.5 * (low + high)
-            };
-            let (place, way) = (middle(0), middle(own));
-            let reach = |(image, swing): ([f64; 3], f64)| {
-                let across = image[3 - own].abs();
-                let bend = swing * libm::hypot(image[1], image[2]);
-                (image[0] - place).abs() + (image[own] - way).abs() + across + bend
-            };
-            let reach = each().map(reach).fold(0.0, f64::max);
-            // As in `bounds`, and what the single precision of this file may lose.
-            let most = f64::from(view.width.max(view.height)) + place.abs() + way.abs();
-            let reach = reach + view.spread[row] + 2e-3 + 4e-6 * most;
-            let is_loose = 2.0 * way.abs() >= LEAST_BLUR && 2.0 * reach <= way.abs();
-            is_loose.then(|| Axis {
-                at_zero: (-place / way) as f32,
-                per_pixel: (1.0 / way) as f32,
-                reach: (reach / way.abs()) as f32,
-            })
-        });
-        Some(Self { axes: [x?, y?] })
+        // As in `bounds`, and what single precision may lose.
+        let [x, y] = middle.g;
+        let most = f64::from(view.width.max(view.height))
+            + middle.place.abs().max_element()
+            + x.length()
+            + y.length();
+        reach += DVec2::from(view.spread) + 2e-3 + 4e-6 * most;
+        // The shortest way across: twice the lesser singular value of the two rows.
+        let way = (libm::hypot(x.x + y.y, y.x - x.y) - libm::hypot(x.x - y.y, x.y + y.x)).abs();
+        let determinant = x.perp_dot(y);
+        (way >= LEAST_BLUR && 4.0 * reach.max_element() <= way).then(|| {
+            let single = |two: DVec2| two.as_vec2().to_array();
+            let per_pixel = single(DVec2::new(y.y, x.x) / determinant);
+            let across = single(DVec2::new(-x.y, -y.x) / determinant);
+            let (place, reach, p) = (single(middle.place), single(reach), single(middle.p));
+            (Self { place, per_pixel, reach }, Tilt { across, p })
+        })
     }
 }
 
@@ -96,7 +138,7 @@ pub(super) fn find(
     order: &[u32],
     tiles: &[Tiles],
     corners: impl Fn(u32) -> Option<[DVec3; 3]> + Sync,
-) -> Vec<Loose> {
+) -> LooseTriangles {
     let of = |at: usize| {
         let loose = (tiles[at].count() >= FEW_TILES).then(|| Loose::new(view, corners(order[at])?));
         loose.flatten()
@@ -108,7 +150,13 @@ pub(super) fn find(
         (all + count, loose + if of(at).is_some() { count } else { 0 })
     });
     if 2 * loose <= all {
-        return Vec::new();
+        return LooseTriangles::default();
     }
-    (0..order.len()).into_par_iter().map(|at| of(at).unwrap_or(Loose::SEEN_BY_ALL)).collect()
+    let seen_by_all = (Loose::SEEN_BY_ALL, Tilt::default());
+    let (each, mut tilts): (Vec<_>, Vec<_>) =
+        (0..order.len()).into_par_iter().map(|at| of(at).unwrap_or(seen_by_all)).unzip();
+    if tilts.iter().all(|tilt| *tilt == Tilt::default()) {
+        tilts = Vec::new();
+    }
+    LooseTriangles { each, tilts }
 }

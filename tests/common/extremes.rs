@@ -116,8 +116,8 @@ impl Extreme {
     }
 }
 
-/// Small triangles, each blurred over four tenths of the picture's width.
-pub fn loose(triangles: usize, width: u32, samples: u32) -> Scene {
+/// Small triangles, each blurred over four tenths of the picture's width; the lens tilted and swung by `front`, degrees.
+pub fn loose(triangles: usize, width: u32, samples: u32, front: [f64; 2]) -> Scene {
     let (eye, at) = (DVec3::new(0.0, 1.0, 4.0), DVec3::new(0.0, 1.0, 0.0));
     let mut field = Field::new();
     for _ in 0..triangles {
@@ -125,7 +125,7 @@ pub fn loose(triangles: usize, width: u32, samples: u32) -> Scene {
         let corners = [0; 3].map(|_| middle + field.random.point(0.03));
         field.triangle(corners);
     }
-    let camera = camera(eye, at, 150.0, Setting { f_number: 0.5, stretch: 1.2, ..ORDINARY });
+    let camera = camera(eye, at, 150.0, Setting { f_number: 0.5, stretch: 1.2, front, ..ORDINARY });
     field.take(&camera, width, samples)
 }
 
