@@ -1,7 +1,7 @@
 //! Which triangles may touch which tile, in order.
 //!
 //! In: for each triangle, nearest first, the tiles that it touches, from [`super::bin`]. Out: for a tile the places of its
-//! triangles in that order, as many at a time as are asked for.
+//! triangles in that order, as many at a time as are asked for; or some that come before all others, list by list.
 //!
 //! A triangle is listed with each tile that it touches; where these are more than 16 it is listed with squares of 4 x 4 tiles
 //! instead, or of 16 x 16 and so on, so that a hundred thousand triangles over the whole film take a few entries each. A tile's

@@ -1,4 +1,4 @@
-//! Small triangles far out of focus: the lens points from which a tile sees them.
+//! Small triangles far out of focus: how their images move over the film with the lens point.
 //!
 //! In: a triangle's corners. Out: how its middle moves over the film with the lens point, and how far the rest is from it, for
 //! [`super::lens_points`], which leaves out what none of a tile's sees. Sixty-four lens points see such a triangle in 64 places all

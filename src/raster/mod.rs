@@ -13,7 +13,8 @@
 //!   cell of the aperture.
 //! * [`order`]: nearest first.
 //! * [`bin`], [`lists`]: which triangles may touch which tile of 32 x 32 pixels, in that order.
-//! * [`loose`]: of small triangles far out of focus, those that some lens point of a tile sees there.
+//! * [`loose`]: how the images of small triangles far out of focus move with the lens point.
+//! * [`lens_points`]: of these, the ones that a tile's lens points see there.
 //! * [`film`]: a tile's centre, and the function of an edge or face there.
 //! * [`waiting`]: a tile's next sixteen triangles, until a sample may see them.
 //! * [`sift`]: in a crowd of triangles, those that samples of the tile may meet.

@@ -219,7 +219,7 @@ pub(super) fn draw<S: Simd, const HIDDEN: bool>(
 const LARGE: i32 = 4 * PATCH * PATCH;
 
 /// Blocks on the side of a patch, and which of it each lane is.
-const PATCH: i32 = 4;
+const PATCH: i32 = REGION as i32;
 const COLUMN: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
 const ROW: [f32; LANES] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 3.0, 3.0, 3.0, 3.0];
 

@@ -1,6 +1,6 @@
 //! Candidates of one tile that wait to be set up, at most sixteen.
 //!
-//! In: candidates, nearest first, with their pixel boxes and the batches that may see them, from [`super::bin`]. Out: those that
+//! In: candidates, nearest first, with their pixel boxes and the lens points that may see them, from [`super::bin`]. Out: those that
 //! [`super::tile`] wants and [`super::sift`] leaves, in the same order, and their corners side by side, for [`super::setup`]. No
 //! formula: numbers are only moved.
 
@@ -22,7 +22,7 @@ pub(super) struct Waiting {
     pub candidates: [Candidate; LANES],
     /// The boxes of each from the cells of the lens.
     pub boxes: Vec<PixelBox>,
-    /// For each the lens points that may see it, word by word; empty where that is not asked.
+    /// For each the lens points that may see it, word by word; of no meaning where there are no words.
     pub points: Vec<u64>,
     /// How many words of them each has.
     pub words: usize,
