@@ -1,9 +1,9 @@
-//! The lens points of a tile, and which triangles they see: a small one far out of focus ([`super::loose`]) one or two of them do, or none.
+//! The lens points of a tile, and which of them see a small triangle far out of focus ([`super::loose`]) there: one or two, or none.
 //!
 //! In: a tile's samples, and the triangles that are listed with it ([`super::lists`]). Out: those that a lens point may see, nearest
-//! first, each with these lens points as bits, for [`super::bin`]. A lens point sees a triangle in the tile where it lies in a
-//! rectangle: for each axis a table holds the lens points before each of 255 places, so two look-ups an axis are all that is asked. The
-//! rectangles are made for 16 triangles at once.
+//! first, each with these lens points as bits, for [`super::bin`]. The lens points that see a triangle in the tile lie in a rectangle:
+//! for each axis a table holds the lens points before each of 255 places, so two look-ups an axis are all that is asked. Rectangles
+//! are made for 16 triangles at once.
 //!
 //! The middle of a triangle, seen through the lens centre at `x_1`, `y_1`, is seen at `a`, `b` from the lens point `t / (1 - p.t)` with
 //! `t = g^-1 (a - x_1, b - y_1)`, in the terms of [`super::loose`]. With `a` and `b` the tile, widened by the triangle's reach, that is a
@@ -226,8 +226,7 @@ fn step(at: f32) -> f32 {
 mod tests {
     use super::*;
     use crate::random::Random;
-    use crate::raster::view::View;
-    use crate::raster::view::{Batch, test_view};
+    use crate::raster::view::{Batch, View, test_view};
     use crate::simd::SimdLevel;
     use glam::{DVec3, DVec4};
 

@@ -17,6 +17,7 @@
 //! * [`lens_points`]: of these, the ones that a tile's lens points see there.
 //! * [`film`]: a tile's centre, and the function of an edge or face there.
 //! * [`waiting`]: a tile's next sixteen triangles, until a sample may see them.
+//! * [`listed`]: where most are far out of focus, those that a batch does not see hidden.
 //! * [`sift`]: in a crowd of triangles, those that samples of the tile may meet.
 //! * [`setup`]: these functions of 16 triangles, once a sample may see them.
 //! * [`kernel`]: one triangle for 16 samples: its functions at 16 lens points, then coverage and depth by
@@ -48,6 +49,7 @@ pub(crate) mod film;
 pub(crate) mod group;
 pub(crate) mod kernel;
 mod lens_points;
+mod listed;
 mod lists;
 mod loose;
 mod order;

@@ -14,8 +14,9 @@ use super::film::TileFilm;
 use super::group::Groups;
 use super::kernel::{Opaque, Visits, cover};
 use super::lens_points::LensPoints;
+use super::listed::Listed;
 use super::lists::Cursor;
-use super::setup::{Block, Corners};
+use super::setup::Block;
 use super::sift::Sieve;
 use super::view::{Batch, Pattern, View};
 use super::visibility::{EVERYWHERE, Visibility, wants};
@@ -47,7 +48,7 @@ pub(crate) struct Spans {
 }
 
 impl Spans {
-    const NONE: Self = Self { blocks: [[1, 0, 1, 0]; LANES], some: 0 };
+    pub(super) const NONE: Self = Self { blocks: [[1, 0, 1, 0]; LANES], some: 0 };
 }
 
 /// What is drawn of a tile.
@@ -71,16 +72,14 @@ pub(crate) struct TileScratch {
     /// The tile's samples, where most of its triangles may lie between them.
     sieve: Sieve,
     is_crowded: bool,
-    /// The cell of each of the tile's batches, where the tile is loose.
-    batch_cells: Vec<usize>,
+    /// Where most of the tile's triangles are loose, what may be seen of them.
+    listed: Listed,
     /// The candidates to be set up next.
     next: Waiting,
     /// Set-ups, of which the first `ready` are this tile's, and cell by cell their spans.
     blocks: Vec<Block>,
     ready: usize,
     spans: Vec<Spans>,
-    /// For each block and batch, where the tile is loose, the lens points that may see each triangle.
-    seeing: Vec<[u16; LANES]>,
     /// For each block at least the largest `1/t` of it and all after it.
     nearest: Vec<f32>,
     /// The surfaces in the tile, each with one of its triangles.
@@ -102,12 +101,11 @@ impl Default for TileScratch {
             is_loose: false,
             sieve: Sieve::default(),
             is_crowded: false,
-            batch_cells: Vec::new(),
+            listed: Listed::default(),
             next: Waiting::default(),
             blocks: Vec::new(),
             ready: 0,
             spans: Vec::new(),
-            seeing: Vec::new(),
             nearest: Vec::new(),
             surfaces: Vec::new(),
             met: Vec::new(),
@@ -136,17 +134,13 @@ impl TileScratch {
         self.part = part;
         self.ready = 0;
         self.spans.clear();
-        self.seeing.clear();
+        self.listed.clear(geometry.bins.cells());
         self.nearest.clear();
         self.surfaces.clear();
         self.met.resize(geometry.surfaces, (0, 0));
         self.tiles += 1;
         self.seconds = 0.0;
         self.is_loose = geometry.bins.are_loose() && self.lens.set(pattern);
-        if self.is_loose {
-            self.batch_cells.clear();
-            self.batch_cells.extend(pattern.batches.iter().map(|batch| batch.cell));
-        }
         self.is_crowded = self.sieve.set(pattern, geometry.bins.crowd(self.part.tile));
         self.cursor = Cursor::default();
         self.pull(level, geometry, film);
@@ -213,6 +207,9 @@ impl TileScratch {
     ) -> u64 {
         let mut count = 0;
         self.seen.clear(self.part.block.0, self.part.block.1, wanted);
+        if self.is_loose {
+            return self.draw_loose(level, geometry, film, (number, batch), opaque);
+        }
         for at in 0.. {
             if at % 256 == 255 && (geometry.stop)() {
                 break;
@@ -236,15 +233,11 @@ impl TileScratch {
                 break;
             }
             let spans = &self.spans[at * geometry.bins.cells() + batch.cell];
-            let points = self.is_loose.then(|| &self.seeing[at * self.batch_cells.len() + number]);
-            let some = points.map_or(spans.some, |each| {
-                each.iter().enumerate().fold(0, |some, (lane, &points)| some | u16::from(points != 0) << lane)
-            });
             let visits = Visits {
                 block: &self.blocks[at],
                 spans,
-                some,
-                points,
+                some: spans.some,
+                points: None,
                 film,
                 size: self.part.block,
                 surfaces: &self.surfaces,
@@ -255,26 +248,72 @@ impl TileScratch {
         count
     }
 
+    /// The same where most triangles are loose: each is set up for the batches that see it, unless it is hidden by then.
+    fn draw_loose(
+        &mut self,
+        level: Level,
+        geometry: &Geometry<'_>,
+        film: &TileFilm,
+        batch: (usize, &Batch),
+        opaque: &Opaque<'_>,
+    ) -> u64 {
+        let mut count = 0;
+        for at in 0.. {
+            while at == self.listed.len() && !(self.next.count == 0 && self.next.is_last) {
+                let start = geometry.clock.map(|clock| clock());
+                self.listed.take(&self.next, film);
+                self.pull(level, geometry, film);
+                if let (Some(clock), Some(start)) = (geometry.clock, start) {
+                    self.seconds += clock() - start;
+                }
+            }
+            let is_last = at == self.listed.len();
+            let stops = at % 256 == 255 && (geometry.stop)();
+            if is_last || stops || self.listed.is_hidden(at, batch.1.live, &self.seen) {
+                break;
+            }
+            self.listed.gather(at, &self.part, batch, &self.seen);
+            if self.listed.is_ready() {
+                count += self.draw_gathered(level, geometry, film, batch.1, opaque);
+            }
+        }
+        count + self.draw_gathered(level, geometry, film, batch.1, opaque)
+    }
+
+    /// Sets up and draws what was gathered; tells how many triangles that is.
+    fn draw_gathered(
+        &mut self,
+        level: Level,
+        geometry: &Geometry<'_>,
+        film: &TileFilm,
+        batch: &Batch,
+        opaque: &Opaque<'_>,
+    ) -> u64 {
+        let start = geometry.clock.map(|clock| clock());
+        let Some((block, spans, points)) = self.listed.set_up(level, geometry, film) else { return 0 };
+        if let (Some(clock), Some(start)) = (geometry.clock, start) {
+            self.seconds += clock() - start;
+        }
+        let visits = Visits {
+            block,
+            spans,
+            some: spans.some,
+            points: Some(points),
+            film,
+            size: self.part.block,
+            surfaces: &self.surfaces,
+        };
+        cover(level, batch, &visits, &mut self.seen, opaque);
+        LANES as u64
+    }
+
     /// Sets up the triangles that wait.
     fn set_up(&mut self, level: Level, geometry: &Geometry<'_>, film: &TileFilm) {
         if self.blocks.len() == self.ready {
             self.blocks.push(Block::EMPTY);
         }
         let block = &mut self.blocks[self.ready];
-        let (mut corners, mut depths): (Corners, _) = ([[[0.0; LANES]; 3]; 3], [0.0; LANES]);
-        block.imaged = self.next.corners(0, geometry.view, geometry.positions, &mut corners);
-        (block.near, block.cutout) = (0, 0);
-        for (lane, candidate) in self.next.candidates.iter().take(self.next.count).enumerate() {
-            depths[lane] = candidate.nearest;
-            block.triangles[lane] = candidate.triangle;
-            let near = f64::from(candidate.nearest) < geometry.view.near * (1.0 + 1e-6);
-            block.near |= u16::from(near) << lane;
-            block.cutout |= u16::from(candidate.is_cutout()) << lane;
-        }
-        film.set_up(level, &corners, &depths, block);
-        block.live &= (0xffff_u32 >> (LANES - self.next.count)) as u16;
-
-        block.ids = self.next.ids;
+        self.next.set_up(level, geometry, film, block);
         let (first, cells) = (self.spans.len(), geometry.bins.cells());
         self.spans.resize(first + cells, Spans::NONE);
         let mut rest = block.live;
@@ -288,17 +327,6 @@ impl TileScratch {
                     spans.some |= 1 << lane;
                 }
             }
-        }
-        if self.is_loose {
-            let spans = &self.spans[first..];
-            self.seeing.extend(self.batch_cells.iter().enumerate().map(|(batch, &cell)| {
-                let mut seeing = [0; LANES];
-                let each = self.next.points.chunks(self.next.words).take(self.next.count);
-                for (lane, points) in each.enumerate().filter(|(lane, _)| spans[cell].some >> lane & 1 == 1) {
-                    seeing[lane] = (points[batch / 4] >> (LANES * (batch % 4))) as u16;
-                }
-                seeing
-            }));
         }
         self.ready += 1;
         self.pull(level, geometry, film);
@@ -336,7 +364,7 @@ const MOST_TURNS: usize = 16;
 
 impl Part {
     /// The blocks that lie in a box: columns, first and last, and rows.
-    fn blocks(&self, pixels: PixelBox) -> Option<[u8; 4]> {
+    pub(super) fn blocks(&self, pixels: PixelBox) -> Option<[u8; 4]> {
         let (x0, x1) = range(pixels.x0, pixels.x1, self.tile.0, self.block.0)?;
         let (y0, y1) = range(pixels.y0, pixels.y1, self.tile.1, self.block.1)?;
         Some([x0, x1, y0, y1])

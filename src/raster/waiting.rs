@@ -8,8 +8,9 @@ use super::LANES;
 use super::bin::Candidate;
 use super::bounds::PixelBox;
 use super::film::TileFilm;
-use super::setup::Corners;
+use super::setup::{Block, Corners};
 use super::sift::Sieve;
+use super::tile::Geometry;
 use super::view::View;
 use fearless_simd::Level;
 use glam::DVec3;
@@ -61,6 +62,23 @@ impl Waiting {
             imaged |= u16::from(candidate.is_inside() && is_narrow) << lane;
         }
         imaged
+    }
+
+    /// Sets them up.
+    pub(super) fn set_up(&self, level: Level, geometry: &Geometry<'_>, film: &TileFilm, block: &mut Block) {
+        let (mut corners, mut depths): (Corners, _) = ([[[0.0; LANES]; 3]; 3], [0.0; LANES]);
+        block.imaged = self.corners(0, geometry.view, geometry.positions, &mut corners);
+        (block.near, block.cutout) = (0, 0);
+        for (lane, candidate) in self.candidates.iter().take(self.count).enumerate() {
+            depths[lane] = candidate.nearest;
+            block.triangles[lane] = candidate.triangle;
+            let near = f64::from(candidate.nearest) < geometry.view.near * (1.0 + 1e-6);
+            block.near |= u16::from(near) << lane;
+            block.cutout |= u16::from(candidate.is_cutout()) << lane;
+        }
+        film.set_up(level, &corners, &depths, block);
+        block.live &= (0xffff_u32 >> (LANES - self.count)) as u16;
+        block.ids = self.ids;
     }
 
     /// Leaves those from `first` on out that no sample can meet.
