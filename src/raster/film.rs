@@ -67,6 +67,11 @@ fn part<T: Number>(m: [T; 3], d: [T; 3], p: DVec3, weight: f64, radius: f64) -> 
 }
 
 impl TileFilm {
+    /// At least the `1/t` of anything in the tile at this depth or beyond; a hundred-thousandth is for rounding.
+    pub(super) fn nearest(&self, depth: f32) -> f32 {
+        (self.deepest / f64::from(depth)) as f32 * 1.000_01
+    }
+
     pub(crate) fn new(view: &View, tile_x: u32, tile_y: u32) -> Self {
         let middle = 0.5 * f64::from(TILE);
         let center = [tile_x, tile_y].map(|tile| f64::from(tile * TILE) + middle);

@@ -303,7 +303,7 @@ mod tests {
                     assert!([1, 19].contains(&last) && (1..last).all(|at| all(at) == all(1)), "{last}");
                     if last == 19 { all(1) } else { vec![0; 2] }
                 });
-                let first = found.next().unwrap();
+                let first = found.next().expect("every machine has the plain level");
                 assert!(found.all(|other| other == first), "levels differ");
                 kept += first[0].count_ones() + first[1].count_ones();
                 for (number, batch) in pattern.batches.iter().enumerate() {

@@ -70,8 +70,7 @@ impl Listed {
     pub(super) fn take(&mut self, next: &Waiting, film: &TileFilm) {
         self.words = next.words;
         for (&candidate, &id) in next.candidates.iter().zip(&next.ids).take(next.count) {
-            let nearest = (film.deepest / f64::from(candidate.nearest)) as f32 * 1.000_01;
-            self.each.push(One { candidate, id, nearest });
+            self.each.push(One { candidate, id, nearest: film.nearest(candidate.nearest) });
         }
         self.boxes.extend_from_slice(&next.boxes[..next.count * self.cells]);
         self.points.extend_from_slice(&next.points[..next.count * next.words]);

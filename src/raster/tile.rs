@@ -218,7 +218,7 @@ impl TileScratch {
                 if self.next.count == 0 && self.next.is_last {
                     break;
                 }
-                let nearest = (film.deepest / f64::from(self.next.nearest)) as f32 * 1.000_01;
+                let nearest = film.nearest(self.next.nearest);
                 if self.seen.hides(nearest, batch.live) {
                     break;
                 }
