@@ -8,10 +8,10 @@
 
 use super::bounds::PixelBox;
 use super::boxes::{Boxes, CHUNK};
+use super::bunches::Bunches;
 use super::cull::{Cluster, Seen};
 use super::lens_points::LensPoints;
 use super::lists::{Cursor, TileLists, Tiles};
-use super::loose::{self, LooseTriangles};
 use super::order::{by_key, key};
 use super::view::{LensCell, View};
 use super::waiting::Waiting;
@@ -83,9 +83,9 @@ pub(crate) struct Bins {
     cells: usize,
     /// Places in `candidates`, nearest first.
     order: Vec<u32>,
-    /// The same, in order, as [`super::loose`] sees them; empty where most of what the tiles list is not loose.
-    loose: LooseTriangles,
-    /// Places in `order`, by tile.
+    /// Places in `order` of those that are far out of focus, where these are most of what tiles would list.
+    loose: Bunches,
+    /// Places in `order` of the others, by tile.
     lists: TileLists,
     pub tiles_x: u32,
     pub tiles_y: u32,
@@ -166,19 +166,24 @@ impl Bins {
         // What is stopped on the way is not of one length.
         let (together, order) = if stop() { (Found::default(), Vec::new()) } else { (together, order) };
         let Found { candidates, boxes, tiles } = together;
-        let tiles: Vec<Tiles> = order.par_iter().map(|&place| tiles[place as usize]).collect();
-        let lists = TileLists::new(tiles_x, tiles_y, &tiles);
+        let mut tiles: Vec<Tiles> = order.par_iter().map(|&place| tiles[place as usize]).collect();
         let corners = |place: u32| {
             let candidate = &candidates[place as usize];
             candidate.is_inside().then(|| candidate.vertices.map(|v| positions[v as usize]))
         };
-        let loose = loose::find(view, &order, &tiles, corners);
+        let loose = Bunches::take(view, &order, &mut tiles, corners);
+        let lists = TileLists::new(tiles_x, tiles_y, &tiles);
         Self { candidates, boxes, order, loose, cells: cells.len(), lists, tiles_x, tiles_y }
     }
 
-    /// How many entries the lists have.
+    /// How many entries the lists have, and loose triangles there are.
     pub(crate) fn entries(&self) -> usize {
-        self.lists.entries()
+        self.lists.entries() + self.loose.count
+    }
+
+    /// How many it would take to go through the tiles as long, about: a loose triangle is looked for in all of them.
+    pub(crate) fn work(&self) -> usize {
+        self.lists.entries() + LOOSE_ENTRIES * self.loose.count
     }
 
     /// The number of cells of the lens.
@@ -188,7 +193,7 @@ impl Bins {
 
     /// At least the most triangles that a tile has.
     pub(crate) fn fullest(&self) -> usize {
-        self.lists.fullest()
+        self.lists.fullest() + self.loose.count
     }
 
     /// How many triangles a tile has, but for those that touch many.
@@ -198,7 +203,18 @@ impl Bins {
 
     /// Whether most of what the tiles list are triangles that few of a tile's lens points see.
     pub(crate) fn are_loose(&self) -> bool {
-        !self.loose.each.is_empty()
+        !self.loose.slices.is_empty()
+    }
+
+    /// The candidate of that number.
+    pub(super) fn candidate(&self, number: u32) -> Candidate {
+        self.candidates[number as usize]
+    }
+
+    /// The pixels that it can reach from a cell of the lens.
+    pub(super) fn pixels(&self, number: u32, cell: usize) -> PixelBox {
+        let number = number as usize;
+        if self.cells == 1 { self.candidates[number].pixels } else { self.boxes[number * self.cells + cell] }
     }
 
     /// Fills `out` with the next candidates, nearest first, that may touch tile `(x, y)` as seen from its lens points, where
@@ -213,36 +229,36 @@ impl Bins {
     ) {
         let first = out.count;
         match lens {
-            Some(lens) => self.places_seen(level, tile, cursor, lens, out),
-            None => self.places(tile, cursor, out),
+            Some(lens) => self.numbers_seen(level, tile, cursor, lens, out),
+            None => self.numbers(tile, cursor, out),
         }
         // They lie anywhere in memory: with nothing to decide in between, it brings many at once.
         for at in first..out.count {
-            out.candidates[at] = self.candidates[out.places[at] as usize];
+            out.candidates[at] = self.candidates[out.numbers[at] as usize];
         }
         out.boxes.truncate(first * self.cells);
         if self.cells == 1 {
             out.boxes.extend(out.candidates[first..out.count].iter().map(|candidate| candidate.pixels));
             return;
         }
-        for place in &out.places[first..out.count] {
-            let start = *place as usize * self.cells;
+        for number in &out.numbers[first..out.count] {
+            let start = *number as usize * self.cells;
             out.boxes.extend_from_slice(&self.boxes[start..start + self.cells]);
         }
     }
 
-    /// The places of the next candidates.
-    fn places(&self, tile: (u32, u32), cursor: &mut Cursor, out: &mut Waiting) {
-        let places = &mut out.places[out.count..];
-        let found = self.lists.next(tile, cursor, places);
-        for place in &mut places[..found] {
-            *place = self.order[*place as usize];
+    /// The numbers of the next candidates.
+    fn numbers(&self, tile: (u32, u32), cursor: &mut Cursor, out: &mut Waiting) {
+        let numbers = &mut out.numbers[out.count..];
+        let found = self.lists.next(tile, cursor, numbers);
+        for number in &mut numbers[..found] {
+            *number = self.order[*number as usize];
         }
         out.count += found;
     }
 
-    /// The places of the next candidates that lens points may see, and which may.
-    fn places_seen(
+    /// The numbers of the next candidates that lens points may see, and which may.
+    fn numbers_seen(
         &self,
         level: Level,
         tile: (u32, u32),
@@ -254,12 +270,15 @@ impl Bins {
         while out.count < LANES
             && let Some((place, points)) = lens.next(level, (&self.lists, &self.loose), tile, cursor)
         {
-            out.places[out.count] = self.order[place as usize];
+            out.numbers[out.count] = self.order[place as usize];
             out.points.extend_from_slice(points);
             out.count += 1;
         }
     }
 }
+
+/// Entries that the search for a loose triangle takes as long as.
+const LOOSE_ENTRIES: usize = 8;
 
 /// What one task finds: candidates, their boxes and the tiles that they touch.
 #[derive(Default)]

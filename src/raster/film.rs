@@ -66,10 +66,13 @@ fn part<T: Number>(m: [T; 3], d: [T; 3], p: DVec3, weight: f64, radius: f64) -> 
     ]
 }
 
+/// What rounding may add to a `1/t`, as a factor.
+pub(super) const ROUNDING: f32 = 1.000_01;
+
 impl TileFilm {
-    /// At least the `1/t` of anything in the tile at this depth or beyond; a hundred-thousandth is for rounding.
+    /// At least the `1/t` of anything in the tile at this depth or beyond.
     pub(super) fn nearest(&self, depth: f32) -> f32 {
-        (self.deepest / f64::from(depth)) as f32 * 1.000_01
+        (self.deepest / f64::from(depth)) as f32 * ROUNDING
     }
 
     pub(crate) fn new(view: &View, tile_x: u32, tile_y: u32) -> Self {

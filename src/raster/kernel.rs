@@ -25,8 +25,6 @@ use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, 
 pub(crate) struct Visits<'a> {
     pub block: &'a Block,
     pub spans: &'a Spans,
-    /// Triangles that the batch may see.
-    pub some: u16,
     /// The lens points that may see each, where that was asked.
     pub points: Option<&'a [u16; LANES]>,
     pub film: &'a TileFilm,
@@ -102,14 +100,16 @@ fn cover_all<S: Simd, const LOOSE: bool>(
     seen: &mut Visibility,
     opaque: &Opaque<'_>,
 ) {
-    seen.raise_floor(simd);
+    if !LOOSE {
+        seen.raise_floor(simd);
+    }
     let floors = f32x16::load_array_ref(simd, &seen.floor);
     let live = mask32x16::from_bitmask(simd, u64::from(batch.live));
     let floor = live.select(floors, f32x16::splat(simd, f32::INFINITY)).reduce_min();
     let nearest = f32x16::load_array_ref(simd, &visits.block.nearest);
     // What is no number is not behind anything.
     let hidden = nearest.simd_le(f32x16::splat(simd, floor)).to_bitmask() as u16;
-    let mut rest = visits.block.live & visits.some & !hidden;
+    let mut rest = visits.block.live & visits.spans.some & !hidden;
     let is_full = batch.live == u16::MAX;
     while rest != 0 {
         let lane = rest.trailing_zeros() as usize % LANES;
@@ -126,6 +126,10 @@ fn cover_all<S: Simd, const LOOSE: bool>(
         if seen.wants(blocks) && !(is_full && seen.hides_all(simd, blocks, nearest)) {
             cover_one::<_, LOOSE>(simd, batch, visits, (lane, points), seen, opaque);
         }
+    }
+    if LOOSE {
+        // By it the next sixteen are chosen.
+        seen.raise_floor(simd);
     }
 }
 
@@ -276,7 +280,6 @@ mod tests {
                 let visits = Visits {
                     block: &block,
                     spans: &spans,
-                    some: spans.some,
                     points: None,
                     film: &film,
                     size: (1, 1),

@@ -1,7 +1,7 @@
 //! Which triangles may touch which tile, in order.
 //!
 //! In: for each triangle, nearest first, the tiles that it touches, from [`super::bin`]. Out: for a tile the places of its
-//! triangles in that order, as many at a time as are asked for; or some that come before all others, list by list.
+//! triangles in that order, as many at a time as are asked for; or all that come before a place.
 //!
 //! A triangle is listed with each tile that it touches; where these are more than 16 it is listed with squares of 4 x 4 tiles
 //! instead, or of 16 x 16 and so on, so that a hundred thousand triangles over the whole film take a few entries each. A tile's
@@ -16,9 +16,6 @@ const CHUNK: usize = 4096;
 /// Squares of a level that a triangle may be listed with; beyond, it goes to the next level.
 const MOST: u32 = 16;
 
-/// Entries of a list that [`TileLists::some`] looks at together.
-const AT_ONCE: usize = 64;
-
 /// Levels of squares above the tiles: 1024 tiles are the most in a row.
 const LEVELS: usize = 5;
 
@@ -32,13 +29,16 @@ pub(super) struct Tiles {
 }
 
 impl Tiles {
+    /// No tile.
+    pub(super) const NONE: Self = Self { x0: 1, x1: 0, y0: 1, y1: 0 };
+
     /// The squares of `1 << shift` tiles that hold them.
     fn squares(self, shift: u32) -> Self {
         Self { x0: self.x0 >> shift, x1: self.x1 >> shift, y0: self.y0 >> shift, y1: self.y1 >> shift }
     }
 
     pub(super) fn count(self) -> u32 {
-        u32::from(self.x1 - self.x0 + 1) * u32::from(self.y1 - self.y0 + 1)
+        u32::from(self.x1 + 1 - self.x0) * u32::from(self.y1 + 1 - self.y0)
     }
 
     fn contain(self, (x, y): (u32, u32)) -> bool {
@@ -91,6 +91,8 @@ struct Squares {
 pub(crate) struct Cursor {
     own: usize,
     squares: [usize; LEVELS],
+    /// How many slices of loose triangles ([`super::bunches`]).
+    pub slices: usize,
 }
 
 /// The lists of all tiles: places of triangles in their order.
@@ -178,38 +180,19 @@ impl TileLists {
         self.rows.get(y as usize).map_or(&[][..], |row| row.list(x))
     }
 
-    /// The next triangles that may touch tile `(x, y)`, list by list: those of each come in order, and all come before those of the
-    /// next call. Tells whether there were any to look at.
-    pub(super) fn some(&self, (x, y): (u32, u32), cursor: &mut Cursor, out: &mut Vec<u32>) -> bool {
+    /// The next triangles that may touch tile `(x, y)` and come before place `end`, in any order.
+    pub(super) fn until(&self, end: u32, (x, y): (u32, u32), cursor: &mut Cursor, out: &mut Vec<u32>) {
         out.clear();
         let own = self.own((x, y)).get(cursor.own..).unwrap_or_default();
-        let squares: [&[(u32, Tiles)]; LEVELS] = std::array::from_fn(|at| {
-            let Some(level) = self.levels.get(at) else { return &[][..] };
+        out.extend(own.iter().take_while(|&&place| place < end));
+        cursor.own += out.len();
+        for (level, read) in self.levels.iter().zip(&mut cursor.squares) {
             let list = (y >> level.shift) * level.squares_x + (x >> level.shift);
-            level.lists.list(list).get(cursor.squares[at]..).unwrap_or_default()
-        });
-        let ends = squares.iter().filter_map(|list| list.get(AT_ONCE)).map(|entry| entry.0);
-        let end = ends.chain(own.get(AT_ONCE).copied()).min().unwrap_or(u32::MAX);
-        let own = &own[..own.len().min(AT_ONCE)];
-        let own = &own[..own.partition_point(|&place| place < end)];
-        out.extend_from_slice(own);
-        cursor.own += own.len();
-        let mut looked = own.len();
-        for (list, read) in squares.iter().zip(&mut cursor.squares) {
-            let list = &list[..list.len().min(AT_ONCE)];
-            let list = &list[..list.partition_point(|entry| entry.0 < end)];
+            let list = level.lists.list(list).get(*read..).unwrap_or_default();
+            let list = &list[..list.partition_point(|(place, _)| *place < end)];
             *read += list.len();
-            looked += list.len();
-            // Half of them are of other tiles, which no branch foresees.
-            let (first, mut count) = (out.len(), 0);
-            out.resize(first + list.len(), 0);
-            for (place, tiles) in list {
-                out[first + count] = *place;
-                count += usize::from(tiles.contain((x, y)));
-            }
-            out.truncate(first + count);
+            out.extend(list.iter().filter(|(_, tiles)| tiles.contain((x, y))).map(|(place, _)| *place));
         }
-        looked > 0
     }
 
     /// The next triangles that may touch tile `(x, y)`, as many as `out` holds or there are; tells how many.
@@ -297,9 +280,11 @@ mod tests {
                 (0..tiles.len() as u32).filter(|&t| tiles[t as usize].contain(tile)).collect();
             assert_eq!(found, wanted, "{tile:?}");
             let (mut cursor, mut some, mut all) = (Cursor::default(), Vec::new(), Vec::new());
-            while lists.some(tile, &mut cursor, &mut some) {
+            for end in (0..=tiles.len() as u32).step_by(CHUNK / 8) {
+                lists.until(end, tile, &mut cursor, &mut some);
                 some.sort_unstable();
                 assert!(all.last() < some.first() || some.is_empty(), "{tile:?}");
+                assert!(some.last().is_none_or(|&last| last < end), "{tile:?}");
                 all.append(&mut some);
             }
             assert_eq!(all, wanted, "{tile:?}");

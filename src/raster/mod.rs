@@ -14,11 +14,12 @@
 //! * [`order`]: nearest first.
 //! * [`bin`], [`lists`]: which triangles may touch which tile of 32 x 32 pixels, in that order.
 //! * [`loose`]: how the images of small triangles far out of focus move with the lens point.
+//! * [`bunches`]: of these, sixteen at a time that lie close together.
 //! * [`lens_points`]: of these, the ones that a tile's lens points see there.
 //! * [`film`]: a tile's centre, and the function of an edge or face there.
 //! * [`waiting`]: a tile's next sixteen triangles, until a sample may see them.
-//! * [`listed`]: where most are far out of focus, those that a batch does not see hidden.
 //! * [`sift`]: in a crowd of triangles, those that samples of the tile may meet.
+//! * [`listed`]: where most are far out of focus, all that lens points may see, until a batch does not see them hidden.
 //! * [`setup`]: these functions of 16 triangles, once a sample may see them.
 //! * [`kernel`]: one triangle for 16 samples: its functions at 16 lens points, then coverage and depth by
 //!   [`regions`] (block by block) or [`scatter`] (lens point by lens point).
@@ -44,6 +45,7 @@
 pub(crate) mod bin;
 pub(crate) mod bounds;
 mod boxes;
+mod bunches;
 pub(crate) mod cull;
 pub(crate) mod film;
 pub(crate) mod group;

@@ -147,9 +147,10 @@ fn range<S: Simd>(
 /// Against rounding of positions and edges, in pixels.
 pub(super) const MARGIN: f32 = 4e-3;
 
-/// Draws a triangle, nowhere nearer than `nearest`, lens point by lens point. Of many patches some may be `HIDDEN`: then they are regions.
+/// Draws a triangle, nowhere nearer than `nearest`, lens point by lens point. Where it is one of many that are `LOOSE`, large boxes begin at
+/// the borders of regions, so that those are passed over that hide it.
 #[inline(always)]
-pub(super) fn draw<S: Simd, const HIDDEN: bool>(
+pub(super) fn draw<S: Simd, const LOOSE: bool>(
     simd: S,
     functions: &Functions<S>,
     boxes: &LaneBoxes,
@@ -171,7 +172,7 @@ pub(super) fn draw<S: Simd, const HIDDEN: bool>(
         let lane = rest.trailing_zeros() as usize % LANES;
         rest &= rest - 1;
         let (x0, x1, y0, y1) = (boxes.x0[lane], boxes.x1[lane], boxes.y0[lane], boxes.y1[lane]);
-        let is_large = HIDDEN && (x1 - x0 + PATCH) * (y1 - y0 + PATCH) > LARGE;
+        let is_large = LOOSE && (x1 - x0 + PATCH) * (y1 - y0 + PATCH) > LARGE;
         let start = if is_large { !(PATCH - 1) } else { !0 };
         let mut top = y0 & start;
         while top <= y1 {

@@ -10,7 +10,7 @@
 //! and an edge's place is good to about 1e-5 of a pixel.
 
 use super::LANES;
-use super::film::{TileFilm, cross, minus};
+use super::film::{ROUNDING, TileFilm, cross, minus};
 use crate::simd::at_level;
 use fearless_simd::{Bytes, Level, Select, Simd, SimdBase, SimdMask, SimdNarrow, f64x8, u32x16};
 use glam::DVec4;
@@ -85,9 +85,9 @@ fn set_up<S: Simd>(simd: S, film: &TileFilm, v: &Corners, depths: &[f32; LANES],
     let (low_near, high_near) =
         (low_face.nearest(simd, film, low_side), high_face.nearest(simd, film, high_side));
     low_near.narrow(high_near).store_array(&mut block.nearest);
-    // No part of a triangle is nearer than its nearest corner; a hundred-thousandth is for rounding.
+    // No part of a triangle is nearer than its nearest corner.
     for (nearest, &depth) in block.nearest.iter_mut().zip(depths) {
-        *nearest = 1.000_01 * nearest.min((film.deepest / f64::from(depth)) as f32);
+        *nearest = (ROUNDING * *nearest).min(film.nearest(depth));
     }
 
     let mut live = 0xffff;

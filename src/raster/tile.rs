@@ -2,9 +2,9 @@
 //!
 //! In: the tile and its batches, one by one, from `render::draw`; triangles from [`super::bin`]. Out: what each batch sees,
 //! sorted into groups. On the way lie [`super::waiting`], [`super::sift`], [`super::setup`], [`super::kernel`],
-//! [`super::visibility`] and [`super::group`].
+//! [`super::visibility`] and [`super::group`]; far out of focus [`super::lens_points`] and [`super::listed`], too.
 //!
-//! Triangles are set up 16 at a time, and only when a batch comes to them: what lies behind all that the batches see, nearest
+//! Triangles are set up 16 at a time, and only when a batch comes to them (of loose ones for each batch that does): what lies behind all that the batches see, nearest
 //! corner and all, is never touched. From the depth `z` on, `1/t` is at most `deepest / z`, `deepest` being the largest distance
 //! of the tile's samples from the plane of the lens: a batch is done where that is nowhere above its floor.
 
@@ -66,7 +66,7 @@ pub(crate) struct Part {
 pub(crate) struct TileScratch {
     part: Part,
     cursor: Cursor,
-    /// The tile's lens points, where most of its triangles are loose.
+    /// The tile's lens points, where most of its triangles are loose, and whether they are told apart.
     lens: LensPoints,
     is_loose: bool,
     /// The tile's samples, where most of its triangles may lie between them.
@@ -134,13 +134,13 @@ impl TileScratch {
         self.part = part;
         self.ready = 0;
         self.spans.clear();
-        self.listed.clear(geometry.bins.cells());
         self.nearest.clear();
         self.surfaces.clear();
         self.met.resize(geometry.surfaces, (0, 0));
         self.tiles += 1;
         self.seconds = 0.0;
         self.is_loose = geometry.bins.are_loose() && self.lens.set(pattern);
+        self.listed.clear(self.lens.words());
         self.is_crowded = self.sieve.set(pattern, geometry.bins.crowd(self.part.tile));
         self.cursor = Cursor::default();
         self.pull(level, geometry, film);
@@ -149,7 +149,7 @@ impl TileScratch {
     /// Finds the triangles that are to be set up next, and numbers their surfaces: those of the triangles that are passed over
     /// because they touch nothing wanted, too, for the order of surfaces is the order of sums.
     fn pull(&mut self, level: Level, geometry: &Geometry<'_>, film: &TileFilm) {
-        let mut lens = self.is_loose.then_some(&mut self.lens);
+        let mut lens = geometry.bins.are_loose().then_some(&mut self.lens);
         let cells = geometry.bins.cells();
         let next = &mut self.next;
         (next.count, next.is_last) = (0, false);
@@ -236,7 +236,6 @@ impl TileScratch {
             let visits = Visits {
                 block: &self.blocks[at],
                 spans,
-                some: spans.some,
                 points: None,
                 film,
                 size: self.part.block,
@@ -257,9 +256,14 @@ impl TileScratch {
         batch: (usize, &Batch),
         opaque: &Opaque<'_>,
     ) -> u64 {
-        let mut count = 0;
-        for at in 0.. {
-            while at == self.listed.len() && !(self.next.count == 0 && self.next.is_last) {
+        let (mut count, live) = (0, batch.1.live);
+        'all: for at in 0.. {
+            while at == self.listed.len() {
+                let is_last = self.next.count == 0 && self.next.is_last;
+                let stops = self.next.count == 0 && (geometry.stop)();
+                if is_last || stops || self.seen.hides(film.nearest(self.next.nearest), live) {
+                    break 'all;
+                }
                 let start = geometry.clock.map(|clock| clock());
                 self.listed.take(&self.next, film);
                 self.pull(level, geometry, film);
@@ -267,20 +271,19 @@ impl TileScratch {
                     self.seconds += clock() - start;
                 }
             }
-            let is_last = at == self.listed.len();
             let stops = at % 256 == 255 && (geometry.stop)();
-            if is_last || stops || self.listed.is_hidden(at, batch.1.live, &self.seen) {
+            if stops || at.is_multiple_of(LANES) && self.listed.is_hidden(at, live, &self.seen) {
                 break;
             }
-            self.listed.gather(at, &self.part, batch, &self.seen);
-            if self.listed.is_ready() {
+            self.listed.gather(at, batch.0, &self.seen);
+            if self.listed.gathered() == LANES {
                 count += self.draw_gathered(level, geometry, film, batch.1, opaque);
             }
         }
         count + self.draw_gathered(level, geometry, film, batch.1, opaque)
     }
 
-    /// Sets up and draws what was gathered; tells how many triangles that is.
+    /// Sets up and draws what was gathered; tells how many triangles that was.
     fn draw_gathered(
         &mut self,
         level: Level,
@@ -289,22 +292,25 @@ impl TileScratch {
         batch: &Batch,
         opaque: &Opaque<'_>,
     ) -> u64 {
+        let count = self.listed.gathered();
+        if count == 0 {
+            return 0;
+        }
         let start = geometry.clock.map(|clock| clock());
-        let Some((block, spans, points)) = self.listed.set_up(level, geometry, film) else { return 0 };
+        let (block, spans, points) = self.listed.set_up(level, geometry, (film, &self.part, batch.cell));
         if let (Some(clock), Some(start)) = (geometry.clock, start) {
             self.seconds += clock() - start;
         }
         let visits = Visits {
             block,
             spans,
-            some: spans.some,
             points: Some(points),
             film,
             size: self.part.block,
             surfaces: &self.surfaces,
         };
         cover(level, batch, &visits, &mut self.seen, opaque);
-        LANES as u64
+        count as u64
     }
 
     /// Sets up the triangles that wait.

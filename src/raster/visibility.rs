@@ -1,8 +1,8 @@
 //! What is seen: depth and surface of 16 samples at each block of a tile.
 //!
 //! In: `1/t` and id of what samples see, from [`super::regions`] and [`super::scatter`]: the largest `1/t` yet, and of equal ones
-//! the first. Out: the ids, batch by batch, for [`super::group`]; for [`super::kernel`] and [`super::tile`] whether anything can
-//! still be seen. Lane by lane, `floor = min 1/t` over the 16 blocks of a region, or over the tile: a triangle whose `1/t` is
+//! the first. Out: the ids, batch by batch, for [`super::group`]; for [`super::kernel`], [`super::scatter`], [`super::listed`] and
+//! [`super::tile`] whether anything can still be seen. Lane by lane, `floor = min 1/t` over the 16 blocks of a region, or over the tile: a triangle whose `1/t` is
 //! nowhere above it is hidden.
 
 use super::{BATCHES, LANES, TILE};
@@ -192,9 +192,20 @@ impl Visibility {
         wants(self.wanted, blocks)
     }
 
-    /// Whether all that a `1/t` of at most `nearest` can be seen of lies behind what the `live` lanes see.
-    pub(crate) fn hides(&self, nearest: f32, live: u16) -> bool {
-        self.floor.iter().enumerate().all(|(lane, &floor)| live >> lane & 1 == 0 || floor >= nearest)
+    /// Those of the `lanes` that do not see something at least as near as `nearest`, a `1/t`, everywhere in the tile.
+    pub(super) fn open(&self, nearest: f32, lanes: u16) -> u16 {
+        let (mut open, mut rest) = (lanes, lanes);
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize % LANES;
+            rest &= rest - 1;
+            open &= !(u16::from(self.floor[lane] >= nearest) << lane);
+        }
+        open
+    }
+
+    /// Whether none of them is left.
+    pub(crate) fn hides(&self, nearest: f32, lanes: u16) -> bool {
+        self.floor.iter().enumerate().all(|(lane, &floor)| lanes >> lane & 1 == 0 || floor >= nearest)
     }
 
     /// Makes the tile's floor again where anything was drawn since: before each sixteen triangles. (Without, the city's samples went

@@ -1,8 +1,8 @@
 //! Candidates of one tile that wait to be set up, at most sixteen.
 //!
 //! In: candidates, nearest first, with their pixel boxes and the lens points that may see them, from [`super::bin`]. Out: those that
-//! [`super::tile`] wants and [`super::sift`] leaves, in the same order, and their corners side by side, for [`super::setup`]. No
-//! formula: numbers are only moved.
+//! [`super::tile`] wants and [`super::sift`] leaves, in the same order, for [`super::listed`] or with their corners side by side for
+//! [`super::setup`].
 
 use super::LANES;
 use super::bin::Candidate;
@@ -18,8 +18,8 @@ use glam::DVec3;
 /// See the module.
 #[derive(Default)]
 pub(super) struct Waiting {
-    /// Where they are among all.
-    pub places: [u32; LANES],
+    /// Their numbers among all candidates.
+    pub numbers: [u32; LANES],
     pub candidates: [Candidate; LANES],
     /// The boxes of each from the cells of the lens.
     pub boxes: Vec<PixelBox>,
@@ -40,6 +40,7 @@ impl Waiting {
     /// Moves a candidate to a place before it.
     pub(super) fn replace(&mut self, to: usize, from: usize, cells: usize) {
         if to != from {
+            self.numbers[to] = self.numbers[from];
             self.candidates[to] = self.candidates[from];
             self.ids[to] = self.ids[from];
             self.boxes.copy_within(from * cells..(from + 1) * cells, to * cells);

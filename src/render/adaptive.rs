@@ -182,7 +182,7 @@ impl Progressive<'_> {
 
     /// Entries of the tiles' bins for each pixel: how dear it is to begin a tile again.
     fn entries_per_pixel(&self) -> f64 {
-        self.picture.bins.entries() as f64 / self.pixels()
+        self.picture.bins.work() as f64 / self.pixels()
     }
 
     /// Draws until the time is up; where there is no time for the first run, the number of samples that there is time for.

@@ -13,7 +13,7 @@ use crate::scene::Scene;
 /// what is taken of it is a third as a rule (`docs/performance.md` says how much; `tests/cli_memory.rs` holds it to 400).
 const TRIANGLE: u64 = 700;
 
-/// Bytes for each triangle of a tile that a thread sets up; its lists may have grown to double.
+/// Bytes for each triangle of a tile that a thread sets up, or lists where they are loose; its lists may have grown to double.
 const SETUP: u64 = 2 * 600;
 
 /// Cells of the lens for each of which a vertex has a box of its own: the most there are.
