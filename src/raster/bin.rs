@@ -6,6 +6,7 @@
 //! From the box of its pixels ([`super::boxes`]), `x0..=x1`, `y0..=y1`, a triangle touches the tiles `x0 / 32..=x1 / 32`,
 //! `y0 / 32..=y1 / 32`. Its depth is the least `z` of its corners.
 
+use super::TILE;
 use super::bounds::PixelBox;
 use super::boxes::{Boxes, CHUNK};
 use super::bunches::Bunches;
@@ -15,7 +16,6 @@ use super::lists::{Cursor, TileLists, Tiles};
 use super::order::{by_key, key};
 use super::view::{LensCell, View};
 use super::waiting::Waiting;
-use super::{LANES, TILE};
 use fearless_simd::Level;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -75,6 +75,16 @@ impl Candidate {
     }
 }
 
+/// What a tile asks of a candidate when it lists it: they come by in the order of depth, and lie in it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Brief {
+    /// Its number among the candidates.
+    pub number: u32,
+    pub triangle: u32,
+    pub surface: u32,
+    pub nearest: f32,
+}
+
 /// The candidates, and which of them may touch which tile.
 pub(crate) struct Bins {
     candidates: Vec<Candidate>,
@@ -83,6 +93,8 @@ pub(crate) struct Bins {
     cells: usize,
     /// Places in `candidates`, nearest first.
     order: Vec<u32>,
+    /// The same for tiles where most are loose.
+    briefs: Vec<Brief>,
     /// Places in `order` of those that are far out of focus, where these are most of what tiles would list.
     loose: Bunches,
     /// Places in `order` of the others, by tile.
@@ -173,7 +185,13 @@ impl Bins {
         };
         let loose = Bunches::take(view, &order, &mut tiles, corners);
         let lists = TileLists::new(tiles_x, tiles_y, &tiles);
-        Self { candidates, boxes, order, loose, cells: cells.len(), lists, tiles_x, tiles_y }
+        let brief = |&number: &u32| {
+            let candidate = &candidates[number as usize];
+            let (triangle, surface) = (candidate.triangle, candidate.surface());
+            Brief { number, triangle, surface, nearest: candidate.nearest }
+        };
+        let briefs = if loose.count > 0 { order.par_iter().map(brief).collect() } else { Vec::new() };
+        Self { candidates, boxes, order, briefs, loose, cells: cells.len(), lists, tiles_x, tiles_y }
     }
 
     /// How many entries the lists have, and loose triangles there are.
@@ -203,7 +221,7 @@ impl Bins {
 
     /// Whether most of what the tiles list are triangles that few of a tile's lens points see.
     pub(crate) fn are_loose(&self) -> bool {
-        !self.loose.slices.is_empty()
+        self.loose.count > 0
     }
 
     /// The candidate of that number.
@@ -217,8 +235,8 @@ impl Bins {
         if self.cells == 1 { self.candidates[number].pixels } else { self.boxes[number * self.cells + cell] }
     }
 
-    /// Fills `out` with the next candidates, nearest first, that may touch tile `(x, y)` as seen from its lens points, where
-    /// they are given, and with their boxes from each cell.
+    /// Fills `out` with the next candidates, nearest first, that may touch tile `(x, y)`, and with their boxes from each cell; where most
+    /// are loose, that anything within the lens may see there.
     pub(super) fn next(
         &self,
         level: Level,
@@ -228,11 +246,18 @@ impl Bins {
         out: &mut Waiting,
     ) {
         let first = out.count;
-        match lens {
-            Some(lens) => self.numbers_seen(level, tile, cursor, lens, out),
-            None => self.numbers(tile, cursor, out),
-        }
+        let numbers = &mut out.numbers[first..];
+        out.count += match lens {
+            Some(lens) => {
+                let next = || Some(lens.next(level, (&self.lists, &self.loose), tile, cursor)?.0);
+                numbers.iter_mut().zip(std::iter::from_fn(next)).map(|(out, place)| *out = place).count()
+            }
+            None => self.lists.next(tile, cursor, numbers),
+        };
         // They lie anywhere in memory: with nothing to decide in between, it brings many at once.
+        for number in &mut out.numbers[first..out.count] {
+            *number = self.order[*number as usize];
+        }
         for at in first..out.count {
             out.candidates[at] = self.candidates[out.numbers[at] as usize];
         }
@@ -247,33 +272,16 @@ impl Bins {
         }
     }
 
-    /// The numbers of the next candidates.
-    fn numbers(&self, tile: (u32, u32), cursor: &mut Cursor, out: &mut Waiting) {
-        let numbers = &mut out.numbers[out.count..];
-        let found = self.lists.next(tile, cursor, numbers);
-        for number in &mut numbers[..found] {
-            *number = self.order[*number as usize];
-        }
-        out.count += found;
-    }
-
-    /// The numbers of the next candidates that lens points may see, and which may.
-    fn numbers_seen(
+    /// The next candidate, nearest first, that lens points may see in tile `(x, y)`, and which may; only where most are loose.
+    pub(super) fn next_seen<'a>(
         &self,
         level: Level,
         tile: (u32, u32),
         cursor: &mut Cursor,
-        lens: &mut LensPoints,
-        out: &mut Waiting,
-    ) {
-        out.points.truncate(out.count * lens.words());
-        while out.count < LANES
-            && let Some((place, points)) = lens.next(level, (&self.lists, &self.loose), tile, cursor)
-        {
-            out.numbers[out.count] = self.order[place as usize];
-            out.points.extend_from_slice(points);
-            out.count += 1;
-        }
+        lens: &'a mut LensPoints,
+    ) -> Option<(Brief, &'a [u64])> {
+        let (place, points) = lens.next(level, (&self.lists, &self.loose), tile, cursor)?;
+        Some((self.briefs[place as usize], points))
     }
 }
 

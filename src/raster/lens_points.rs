@@ -35,29 +35,26 @@ pub(super) struct LensPoints {
 }
 
 /// The triangles of a slice that are seen.
+#[derive(Default)]
 struct Seen {
     /// The first place of the slice.
     start: usize,
     /// Place by place a bit for each that is seen, of those that were not taken yet.
-    places: [u64; SLICE / 64],
+    places: Vec<u64>,
     /// The first of these that is not all zeros.
     word: usize,
     /// For each place that is seen where its lens points begin.
-    first: [u32; SLICE],
+    first: Vec<u32>,
     points: Vec<u64>,
-}
-
-impl Default for Seen {
-    fn default() -> Self {
-        Self { start: 0, places: [0; SLICE / 64], word: 0, first: [0; SLICE], points: Vec::new() }
-    }
 }
 
 impl Seen {
     /// For the triangles of another slice.
     fn clear(&mut self, slice: usize) {
         self.start = slice * SLICE;
-        self.places.fill(0);
+        self.places.clear();
+        self.places.resize(SLICE / 64, 0);
+        self.first.resize(SLICE, 0);
         self.word = 0;
         self.points.clear();
     }

@@ -1,13 +1,16 @@
 //! Small triangles far out of focus that a tile's lens points may see, until one of its batches does.
 //!
-//! In: those that wait ([`super::waiting`]), nearest first, each with the lens points that may see it ([`super::lens_points`]). Out: for
-//! one batch after the other, sixteen at a time, the set-ups of those that its lens points do not see hidden by then, for
+//! In: candidates, nearest first, each with the lens points that may see it ([`super::bin`], [`super::lens_points`]). Out: for one batch after the other, sixteen at a time, the set-ups of those that its lens points do not see hidden by then, for
 //! [`super::kernel`]. Most are seen by one batch alone, and half of them are hidden when it comes: what is set up for all batches
 //! together takes up to a third more time. (With 64 batches, where more than one sees most, the tower takes 7 % more instead.)
 
 use super::LANES;
+use super::bin::Brief;
 use super::film::TileFilm;
+use super::lens_points::LensPoints;
+use super::lists::Cursor;
 use super::setup::Block;
+use super::surfaces::Surfaces;
 use super::tile::{Geometry, Part, Spans};
 use super::visibility::Visibility;
 use super::waiting::Waiting;
@@ -61,18 +64,34 @@ impl Listed {
         self.each.len()
     }
 
-    /// Adds those that wait.
-    pub(super) fn take(&mut self, next: &Waiting, film: &TileFilm) {
-        for ((candidate, &number), &id) in
-            next.candidates.iter().zip(&next.numbers).zip(&next.ids).take(next.count)
+    /// Adds the next that `lens` points may see, sixteen at most; tells whether there were any.
+    pub(super) fn list(
+        &mut self,
+        level: Level,
+        geometry: &Geometry<'_>,
+        film: &TileFilm,
+        (tile, cursor): ((u32, u32), &mut Cursor),
+        (lens, surfaces): (&mut LensPoints, &mut Surfaces),
+    ) -> bool {
+        let (mut those, mut count) = ([Brief::default(); LANES], 0);
+        while count < LANES
+            && let Some((brief, points)) = geometry.bins.next_seen(level, tile, cursor, lens)
         {
-            self.each.push(One { number, id, nearest: film.nearest(candidate.nearest) });
+            those[count] = brief;
+            self.points.extend_from_slice(points);
+            count += 1;
         }
-        self.points.extend_from_slice(&next.points[..next.count * self.words]);
+        let those = &those[..count];
+        let ids = surfaces.number(those.iter().map(|brief| (brief.surface, brief.triangle)));
+        for (&Brief { number, nearest, .. }, id) in those.iter().zip(ids) {
+            self.each.push(One { number, id, nearest: film.nearest(nearest) });
+        }
+        count > 0
     }
 
-    /// Whether the `live` lanes of a batch see none from `at` on.
+    /// Whether the `live` lanes of a batch see none from `at` on, or none of those that are not listed yet.
     pub(super) fn is_hidden(&self, at: usize, live: u16, seen: &Visibility) -> bool {
+        let at = at.min(self.each.len().saturating_sub(1));
         self.each.get(at).is_some_and(|one| seen.hides(one.nearest, live))
     }
 

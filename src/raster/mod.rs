@@ -25,6 +25,7 @@
 //!   [`regions`] (block by block) or [`scatter`] (lens point by lens point).
 //! * [`visibility`]: what is seen.
 //! * [`group`]: the samples of a pixel that see the same.
+//! * [`surfaces`]: numbers for what is seen.
 //! * [`tile`]: leads one tile's triangles, and its samples in batches of 16, from [`waiting`] to [`group`].
 //!
 //! # Edge functions
@@ -59,6 +60,7 @@ mod regions;
 mod scatter;
 mod setup;
 mod sift;
+mod surfaces;
 pub(crate) mod tile;
 pub(crate) mod view;
 pub(crate) mod visibility;

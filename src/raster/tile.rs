@@ -8,7 +8,7 @@
 //! corner and all, is never touched. From the depth `z` on, `1/t` is at most `deepest / z`, `deepest` being the largest distance
 //! of the tile's samples from the plane of the lens: a batch is done where that is nowhere above its floor.
 
-use super::bin::{Bins, Candidate};
+use super::bin::Bins;
 use super::bounds::PixelBox;
 use super::film::TileFilm;
 use super::group::Groups;
@@ -18,6 +18,7 @@ use super::listed::Listed;
 use super::lists::Cursor;
 use super::setup::Block;
 use super::sift::Sieve;
+use super::surfaces::Surfaces;
 use super::view::{Batch, Pattern, View};
 use super::visibility::{EVERYWHERE, Visibility, wants};
 use super::waiting::Waiting;
@@ -82,11 +83,7 @@ pub(crate) struct TileScratch {
     spans: Vec<Spans>,
     /// For each block at least the largest `1/t` of it and all after it.
     nearest: Vec<f32>,
-    /// The surfaces in the tile, each with one of its triangles.
-    surfaces: Vec<u32>,
-    /// For each surface of the scene the tile that last met it, and its place there.
-    met: Vec<(u32, u32)>,
-    tiles: u32,
+    surfaces: Surfaces,
     seen: Visibility,
     /// Seconds that set-up took in this tile.
     pub seconds: f64,
@@ -107,9 +104,7 @@ impl Default for TileScratch {
             ready: 0,
             spans: Vec::new(),
             nearest: Vec::new(),
-            surfaces: Vec::new(),
-            met: Vec::new(),
-            tiles: 0,
+            surfaces: Surfaces::default(),
             seen: Visibility::new(),
             seconds: 0.0,
         }
@@ -135,15 +130,15 @@ impl TileScratch {
         self.ready = 0;
         self.spans.clear();
         self.nearest.clear();
-        self.surfaces.clear();
-        self.met.resize(geometry.surfaces, (0, 0));
-        self.tiles += 1;
+        self.surfaces.clear(geometry.surfaces);
         self.seconds = 0.0;
         self.is_loose = geometry.bins.are_loose() && self.lens.set(pattern);
         self.listed.clear(self.lens.words());
         self.is_crowded = self.sieve.set(pattern, geometry.bins.crowd(self.part.tile));
         self.cursor = Cursor::default();
-        self.pull(level, geometry, film);
+        if !self.is_loose {
+            self.pull(level, geometry, film);
+        }
     }
 
     /// Finds the triangles that are to be set up next, and numbers their surfaces: those of the triangles that are passed over
@@ -153,7 +148,6 @@ impl TileScratch {
         let cells = geometry.bins.cells();
         let next = &mut self.next;
         (next.count, next.is_last) = (0, false);
-        next.words = lens.as_ref().map_or(0, |lens| lens.words());
         for turn in 0..MOST_TURNS {
             let first = next.count;
             geometry.bins.next(level, self.part.tile, &mut self.cursor, lens.as_deref_mut(), next);
@@ -163,24 +157,11 @@ impl TileScratch {
             if turn == 0 {
                 next.nearest = next.candidates[0].nearest;
             }
-            // As with candidates: all from memory at once. Those that this finds are new to the tile, or met by one before.
-            let mut met = [(0, 0); LANES];
-            for lane in found.clone() {
-                met[lane] = self.met[next.candidates[lane].surface() as usize];
-            }
-            for lane in found {
-                let Candidate { triangle, .. } = next.candidates[lane];
-                let surface = next.candidates[lane].surface();
-                if met[lane].0 != self.tiles {
-                    let now = &mut self.met[surface as usize];
-                    if now.0 != self.tiles {
-                        *now = (self.tiles, self.surfaces.len() as u32);
-                        self.surfaces.push(triangle);
-                    }
-                    met[lane] = *now;
-                }
+            let those = next.candidates[found.clone()].iter();
+            let ids = self.surfaces.number(those.map(|found| (found.surface(), found.triangle)));
+            for (lane, id) in found.zip(ids) {
                 if self.part.touches(&next.boxes[lane * cells..(lane + 1) * cells]) {
-                    next.ids[lane] = met[lane].1;
+                    next.ids[lane] = id;
                     next.replace(next.count, lane, cells);
                     next.count += 1;
                 }
@@ -239,7 +220,7 @@ impl TileScratch {
                 points: None,
                 film,
                 size: self.part.block,
-                surfaces: &self.surfaces,
+                surfaces: self.surfaces.each(),
             };
             cover(level, batch, &visits, &mut self.seen, opaque);
             count += LANES as u64;
@@ -257,23 +238,21 @@ impl TileScratch {
         opaque: &Opaque<'_>,
     ) -> u64 {
         let (mut count, live) = (0, batch.1.live);
-        'all: for at in 0.. {
-            while at == self.listed.len() {
-                let is_last = self.next.count == 0 && self.next.is_last;
-                let stops = self.next.count == 0 && (geometry.stop)();
-                if is_last || stops || self.seen.hides(film.nearest(self.next.nearest), live) {
-                    break 'all;
-                }
-                let start = geometry.clock.map(|clock| clock());
-                self.listed.take(&self.next, film);
-                self.pull(level, geometry, film);
-                if let (Some(clock), Some(start)) = (geometry.clock, start) {
-                    self.seconds += clock() - start;
-                }
-            }
+        for at in 0usize.. {
             let stops = at % 256 == 255 && (geometry.stop)();
             if stops || at.is_multiple_of(LANES) && self.listed.is_hidden(at, live, &self.seen) {
                 break;
+            }
+            if at == self.listed.len() {
+                let start = geometry.clock.map(|clock| clock());
+                let from = (self.part.tile, &mut self.cursor);
+                let any = self.listed.list(level, geometry, film, from, (&mut self.lens, &mut self.surfaces));
+                if let (Some(clock), Some(start)) = (geometry.clock, start) {
+                    self.seconds += clock() - start;
+                }
+                if !any {
+                    break;
+                }
             }
             self.listed.gather(at, batch.0, &self.seen);
             if self.listed.gathered() == LANES {
@@ -307,7 +286,7 @@ impl TileScratch {
             points: Some(points),
             film,
             size: self.part.block,
-            surfaces: &self.surfaces,
+            surfaces: self.surfaces.each(),
         };
         cover(level, batch, &visits, &mut self.seen, opaque);
         count as u64
@@ -351,17 +330,17 @@ impl TileScratch {
 
     /// Sorts the samples of the batches that were kept by what they see.
     pub(crate) fn group(&self, level: Level, batches: &[Batch], groups: &mut Groups) {
-        groups.find(level, batches, &self.seen, self.surfaces.len());
+        groups.find(level, batches, &self.seen, self.surfaces.each().len());
     }
 
     /// Each sample of the batch that was kept first by itself, sorted by what it sees.
     pub(crate) fn singles(&self, batch: &Batch, groups: &mut Groups) {
-        groups.find_singles(batch, &self.seen, self.surfaces.len());
+        groups.find_singles(batch, &self.seen, self.surfaces.each().len());
     }
 
     /// The surfaces met in the tile so far, by one triangle of each; a group's or visit's id is a place in them.
     pub(crate) fn surfaces(&self) -> &[u32] {
-        &self.surfaces
+        self.surfaces.each()
     }
 }
 

@@ -1,8 +1,7 @@
 //! Candidates of one tile that wait to be set up, at most sixteen.
 //!
-//! In: candidates, nearest first, with their pixel boxes and the lens points that may see them, from [`super::bin`]. Out: those that
-//! [`super::tile`] wants and [`super::sift`] leaves, in the same order, for [`super::listed`] or with their corners side by side for
-//! [`super::setup`].
+//! In: candidates, nearest first, with their pixel boxes, from [`super::bin`]. Out: those that [`super::tile`] wants and [`super::sift`]
+//! leaves, in the same order, and their corners side by side, for [`super::setup`].
 
 use super::LANES;
 use super::bin::Candidate;
@@ -23,10 +22,6 @@ pub(super) struct Waiting {
     pub candidates: [Candidate; LANES],
     /// The boxes of each from the cells of the lens.
     pub boxes: Vec<PixelBox>,
-    /// For each the lens points that may see it, word by word; of no meaning where there are no words.
-    pub points: Vec<u64>,
-    /// How many words of them each has.
-    pub words: usize,
     pub count: usize,
     /// For each the place of its surface among the tile's.
     pub ids: [u32; LANES],
@@ -40,11 +35,9 @@ impl Waiting {
     /// Moves a candidate to a place before it.
     pub(super) fn replace(&mut self, to: usize, from: usize, cells: usize) {
         if to != from {
-            self.numbers[to] = self.numbers[from];
             self.candidates[to] = self.candidates[from];
             self.ids[to] = self.ids[from];
             self.boxes.copy_within(from * cells..(from + 1) * cells, to * cells);
-            self.points.copy_within(from * self.words..(from + 1) * self.words, to * self.words);
         }
     }
 
