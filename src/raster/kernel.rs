@@ -13,8 +13,8 @@
 //! differently, and the same bytes are wanted at every level.
 
 use super::film::TileFilm;
+use super::part::Spans;
 use super::setup::{Bilinear, Block};
-use super::tile::Spans;
 use super::view::Batch;
 use super::visibility::Visibility;
 use super::{LANES, regions, scatter};

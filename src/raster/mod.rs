@@ -16,6 +16,7 @@
 //! * [`loose`]: how the images of small triangles far out of focus move with the lens point.
 //! * [`bunches`]: of these, sixteen at a time that lie close together.
 //! * [`lens_points`]: of these, the ones that a tile's lens points see there.
+//! * [`part`]: what is drawn of a tile, and what of it a box of pixels touches.
 //! * [`film`]: a tile's centre, and the function of an edge or face there.
 //! * [`waiting`]: a tile's next sixteen triangles, until a sample may see them.
 //! * [`sift`]: in a crowd of triangles, those that samples of the tile may meet.
@@ -56,6 +57,7 @@ mod listed;
 mod lists;
 mod loose;
 mod order;
+pub(crate) mod part;
 mod regions;
 mod scatter;
 mod setup;

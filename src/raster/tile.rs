@@ -4,25 +4,26 @@
 //! sorted into groups. On the way lie [`super::waiting`], [`super::sift`], [`super::setup`], [`super::kernel`],
 //! [`super::visibility`] and [`super::group`]; far out of focus [`super::lens_points`] and [`super::listed`], too.
 //!
-//! Triangles are set up 16 at a time, and only when a batch comes to them (of loose ones for each batch that does): what lies behind all that the batches see, nearest
-//! corner and all, is never touched. From the depth `z` on, `1/t` is at most `deepest / z`, `deepest` being the largest distance
-//! of the tile's samples from the plane of the lens: a batch is done where that is nowhere above its floor.
+//! Triangles are set up 16 at a time, and only when a batch comes to them (loose ones for each batch that does): what lies behind
+//! all that the batches see, nearest corner and all, is never touched. From the depth `z` on, `1/t` is at most `deepest / z`,
+//! `deepest` being the largest distance of the tile's samples from the plane of the lens: a batch is done where that is nowhere
+//! above its floor.
 
+use super::LANES;
 use super::bin::Bins;
-use super::bounds::PixelBox;
 use super::film::TileFilm;
 use super::group::Groups;
 use super::kernel::{Opaque, Visits, cover};
 use super::lens_points::LensPoints;
 use super::listed::Listed;
 use super::lists::Cursor;
+use super::part::{Part, Spans};
 use super::setup::Block;
 use super::sift::Sieve;
 use super::surfaces::Surfaces;
 use super::view::{Batch, Pattern, View};
-use super::visibility::{EVERYWHERE, Visibility, wants};
+use super::visibility::{EVERYWHERE, Visibility};
 use super::waiting::Waiting;
-use super::{LANES, TILE};
 use fearless_simd::Level;
 use glam::DVec3;
 
@@ -37,30 +38,6 @@ pub(crate) struct Geometry<'a> {
     pub clock: Option<&'a (dyn Fn() -> f64 + Sync)>,
     /// Whether what is drawn is no longer wanted.
     pub stop: &'a dyn Fn() -> bool,
-}
-
-/// The blocks of pixels that 16 triangles may touch from one cell of the lens.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Spans {
-    /// Columns `x0..=x1`, rows `y0..=y1`.
-    pub blocks: [[u8; 4]; LANES],
-    /// Triangles that may touch any.
-    pub some: u16,
-}
-
-impl Spans {
-    pub(super) const NONE: Self = Self { blocks: [[1, 0, 1, 0]; LANES], some: 0 };
-}
-
-/// What is drawn of a tile.
-#[derive(Clone, Debug)]
-pub(crate) struct Part {
-    /// Its column and row.
-    pub tile: (u32, u32),
-    /// Pixels across and down that a batch serves.
-    pub block: (u32, u32),
-    /// Regions of 4 x 4 blocks outside of which nothing is drawn: see [`Visibility::clear`].
-    pub wanted: u64,
 }
 
 /// What one thread reuses from tile to tile.
@@ -346,31 +323,3 @@ impl TileScratch {
 
 /// So often sixteen candidates are looked at for some that are wanted, before it is asked whether all is hidden by now.
 const MOST_TURNS: usize = 16;
-
-impl Part {
-    /// The blocks that lie in a box: columns, first and last, and rows.
-    pub(super) fn blocks(&self, pixels: PixelBox) -> Option<[u8; 4]> {
-        let (x0, x1) = range(pixels.x0, pixels.x1, self.tile.0, self.block.0)?;
-        let (y0, y1) = range(pixels.y0, pixels.y1, self.tile.1, self.block.1)?;
-        Some([x0, x1, y0, y1])
-    }
-
-    /// Whether what lies in these boxes, one for each cell of the lens, may touch anything that is wanted.
-    fn touches(&self, boxes: &[PixelBox]) -> bool {
-        if self.wanted == EVERYWHERE {
-            return true;
-        }
-        let all = boxes.iter().copied().fold(PixelBox::EMPTY, PixelBox::union);
-        self.blocks(all).is_some_and(|blocks| wants(self.wanted, blocks))
-    }
-}
-
-/// The blocks of a tile, `size` pixels each, that pixels from `low` to `high` lie in.
-fn range(low: i16, high: i16, tile: u32, size: u32) -> Option<(u8, u8)> {
-    let start = (tile * TILE) as i32;
-    let low = (i32::from(low) - start).max(0);
-    let high = (i32::from(high) - start).min(TILE as i32 - 1);
-    // Sizes are powers of two, and a shift is not a division.
-    let bits = size.trailing_zeros();
-    (low <= high).then(|| ((low >> bits) as u8, (high >> bits) as u8))
-}
