@@ -22,9 +22,8 @@ use fearless_simd::Level;
 pub(super) struct Listed {
     /// (A tile has tens of thousands of them: what they do not need is asked of the bins again.)
     each: Vec<One>,
-    words: usize,
-    /// For each the lens points that may see it, word by word.
-    points: Vec<u64>,
+    /// For each 64 lens points those of each that may see it: a batch goes through one of them.
+    points: Vec<Vec<u64>>,
     gathered: Gathered,
 }
 
@@ -55,9 +54,9 @@ impl Default for Gathered {
 impl Listed {
     /// For another tile, with so many words of lens points for each triangle.
     pub(super) fn clear(&mut self, words: usize) {
-        self.words = words;
         self.each.clear();
-        self.points.clear();
+        self.points.resize_with(words, Vec::new);
+        self.points.iter_mut().for_each(Vec::clear);
         self.gathered.those.count = 0;
     }
 
@@ -79,7 +78,9 @@ impl Listed {
             && let Some((brief, points)) = geometry.bins.next_seen(level, tile, cursor, lens)
         {
             those[count] = brief;
-            self.points.extend_from_slice(points);
+            for (all, &points) in self.points.iter_mut().zip(points) {
+                all.push(points);
+            }
             count += 1;
         }
         let those = &those[..count];
@@ -98,7 +99,7 @@ impl Listed {
 
     /// Gathers the one at `at` if a lens point of the batch of that number may see it before what is seen.
     pub(super) fn gather(&mut self, at: usize, batch: usize, seen: &Visibility) {
-        let points = (self.points[at * self.words + batch / 4] >> (LANES * (batch % 4))) as u16;
+        let points = (self.points[batch / 4][at] >> (LANES * (batch % 4))) as u16;
         if points == 0 {
             return;
         }
