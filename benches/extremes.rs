@@ -5,7 +5,7 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use common::extremes::Extreme;
+use common::extremes::{Extreme, loose};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use groundglass::camera::{Aperture, Camera};
 use groundglass::optics::Optics;
@@ -49,6 +49,13 @@ fn extremes(c: &mut Criterion) {
         group.throughput(Throughput::Elements(pixels * u64::from(SAMPLES)));
         group.bench_function(format!("{extreme:?}"), |b| b.iter(|| render(&scene, Execution::default())));
     }
+    let mut heap = loose(TRIANGLES, WIDTH, SAMPLES, [0.0; 2]);
+    heap.surfaces.find_patches();
+    heap.surfaces.find_clusters();
+    heap.render.share_shading = true;
+    let pixels = u64::from(heap.render.width) * u64::from(heap.render.height);
+    group.throughput(Throughput::Elements(pixels * u64::from(SAMPLES)));
+    group.bench_function("a heap, blurred", |b| b.iter(|| render(&heap, Execution::default())));
     for (name, is_blurred) in [("tower", false), ("tower, blurred", true)] {
         let scene = tower(is_blurred);
         let pixels = u64::from(scene.render.width) * u64::from(scene.render.height);
