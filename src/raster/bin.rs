@@ -209,9 +209,14 @@ impl Bins {
         self.cells
     }
 
-    /// At least the most triangles that a tile has.
+    /// At least the most triangles that a tile has, but for those that are loose.
     pub(crate) fn fullest(&self) -> usize {
-        self.lists.fullest() + self.loose.count
+        self.lists.fullest()
+    }
+
+    /// How many are loose, where most of what tiles would list is: at least as many as a tile lists.
+    pub(crate) fn loose(&self) -> usize {
+        self.loose.count
     }
 
     /// How many triangles a tile has, but for those that touch many.
@@ -221,7 +226,7 @@ impl Bins {
 
     /// Whether most of what the tiles list are triangles that few of a tile's lens points see.
     pub(crate) fn are_loose(&self) -> bool {
-        self.loose.count > 0
+        self.loose() > 0
     }
 
     /// The candidate of that number.

@@ -59,7 +59,7 @@ impl Seen {
         self.points.clear();
     }
 
-    /// Adds the triangle at a place, if it has any of the points that were put at `first`; tells whether it has.
+    /// Adds the triangle at a place, whose lens points were put at `first`, if there are `any`.
     #[inline(always)]
     fn add(&mut self, place: u32, first: usize, any: bool) {
         let at = place as usize % SLICE;

@@ -13,8 +13,14 @@ use crate::scene::Scene;
 /// what is taken of it is a third as a rule (`docs/performance.md` says how much; `tests/cli_memory.rs` holds it to 400).
 const TRIANGLE: u64 = 700;
 
-/// Bytes for each triangle of a tile that a thread sets up, or lists where they are loose; its lists may have grown to double.
+/// Bytes for each triangle of a tile that a thread sets up; its lists may have grown to double.
 const SETUP: u64 = 2 * 600;
+
+/// The same where most are far out of focus: of these a tile lists those that it sees, with a bit for each lens point.
+const LISTED: u64 = 2 * (12 + LISTED_UP_TO as u64 / 8);
+
+/// With more samples than these they may be set up like others.
+const LISTED_UP_TO: u32 = 512;
 
 /// Cells of the lens for each of which a vertex has a box of its own: the most there are.
 const CELLS: u64 = 16;
@@ -23,6 +29,8 @@ const CELLS: u64 = 16;
 pub(super) struct Room {
     left: u64,
     threads: u64,
+    /// Bytes for each triangle far out of focus, a thread.
+    loose: u64,
 }
 
 impl Room {
@@ -71,7 +79,8 @@ impl Room {
             return Err(Error::new(ErrorKind::TooLarge, message)
                 .remedy("ask for a smaller --width or fewer --threads, or allow more memory"));
         }
-        Ok(Self { left: most - need, threads })
+        let loose = if samples > LISTED_UP_TO { SETUP } else { LISTED };
+        Ok(Self { left: most - need, threads, loose })
     }
 
     /// Asks for what the threads need to set up their tiles.
@@ -79,7 +88,9 @@ impl Room {
     /// # Errors
     /// [`ErrorKind::TooLarge`] when the fullest are too full.
     pub(super) fn check_tiles(&self, bins: &Bins) -> Result<()> {
-        let need = (bins.fullest() as u64).saturating_mul(SETUP).saturating_mul(self.threads);
+        let each = (bins.fullest() as u64).saturating_mul(SETUP);
+        let loose = (bins.loose() as u64).saturating_mul(self.loose);
+        let need = each.saturating_add(loose).saturating_mul(self.threads);
         if need > self.left {
             let message = format!(
                 "so many triangles may be seen at one place that drawing it takes {}, and {} are left",
