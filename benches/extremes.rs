@@ -38,24 +38,20 @@ fn tower(is_blurred: bool) -> Scene {
 fn extremes(c: &mut Criterion) {
     let mut group = c.benchmark_group("extreme");
     group.sample_size(10);
-    for extreme in Extreme::ALL {
+    let made = Extreme::ALL.map(|extreme| {
         let triangles = if extreme == Extreme::Dust { 10 * TRIANGLES } else { TRIANGLES };
-        let mut scene = extreme.scene(triangles, WIDTH, SAMPLES);
+        (format!("{extreme:?}"), extreme.scene(triangles, WIDTH, SAMPLES))
+    });
+    let heap = ("a heap, blurred".to_owned(), loose(TRIANGLES, WIDTH, SAMPLES, [0.0; 2]));
+    for (name, mut scene) in made.into_iter().chain([heap]) {
         // As a scene file would give it.
         scene.surfaces.find_patches();
         scene.surfaces.find_clusters();
         scene.render.share_shading = true;
         let pixels = u64::from(scene.render.width) * u64::from(scene.render.height);
         group.throughput(Throughput::Elements(pixels * u64::from(SAMPLES)));
-        group.bench_function(format!("{extreme:?}"), |b| b.iter(|| render(&scene, Execution::default())));
+        group.bench_function(name, |b| b.iter(|| render(&scene, Execution::default())));
     }
-    let mut heap = loose(TRIANGLES, WIDTH, SAMPLES, [0.0; 2]);
-    heap.surfaces.find_patches();
-    heap.surfaces.find_clusters();
-    heap.render.share_shading = true;
-    let pixels = u64::from(heap.render.width) * u64::from(heap.render.height);
-    group.throughput(Throughput::Elements(pixels * u64::from(SAMPLES)));
-    group.bench_function("a heap, blurred", |b| b.iter(|| render(&heap, Execution::default())));
     for (name, is_blurred) in [("tower", false), ("tower, blurred", true)] {
         let scene = tower(is_blurred);
         let pixels = u64::from(scene.render.width) * u64::from(scene.render.height);

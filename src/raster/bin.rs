@@ -199,7 +199,7 @@ impl Bins {
         self.lists.entries() + self.loose.count
     }
 
-    /// How many it would take to go through the tiles as long, about: a loose triangle is looked for in all of them.
+    /// How many entries tiles would take as long to go through, about: loose triangles are looked for in all of them.
     pub(crate) fn work(&self) -> usize {
         self.lists.entries() + LOOSE_ENTRIES * self.loose.count
     }

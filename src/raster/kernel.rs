@@ -100,9 +100,6 @@ fn cover_all<S: Simd, const LOOSE: bool>(
     seen: &mut Visibility,
     opaque: &Opaque<'_>,
 ) {
-    if !LOOSE {
-        seen.raise_floor(simd);
-    }
     let floors = f32x16::load_array_ref(simd, &seen.floor);
     let live = mask32x16::from_bitmask(simd, u64::from(batch.live));
     let floor = live.select(floors, f32x16::splat(simd, f32::INFINITY)).reduce_min();
@@ -127,10 +124,8 @@ fn cover_all<S: Simd, const LOOSE: bool>(
             cover_one::<_, LOOSE>(simd, batch, visits, (lane, points), seen, opaque);
         }
     }
-    if LOOSE {
-        // By it the next sixteen are chosen.
-        seen.raise_floor(simd);
-    }
+    // By it the next sixteen are chosen.
+    seen.raise_floor(simd);
 }
 
 /// A bilinear function of triangle `lane` for the 16 lens points, times `factor`: its value at the block grid's

@@ -27,10 +27,7 @@ impl Surfaces {
 
     /// The number of the surface of each of sixteen triangles at most, which come as surface and triangle.
     #[inline(always)]
-    pub(super) fn number(
-        &mut self,
-        those: impl ExactSizeIterator<Item = (u32, u32)> + Clone,
-    ) -> [u32; LANES] {
+    pub(super) fn number(&mut self, those: impl Iterator<Item = (u32, u32)> + Clone) -> [u32; LANES] {
         // They lie anywhere in memory: all are asked for at once. Those that this finds are new to the tile, or met by one before.
         let mut met = [(0, 0); LANES];
         for (met, (surface, _)) in met.iter_mut().zip(those.clone()) {

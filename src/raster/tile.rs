@@ -40,6 +40,13 @@ pub(crate) struct Geometry<'a> {
     pub stop: &'a dyn Fn() -> bool,
 }
 
+impl Geometry<'_> {
+    /// Nothing where there is no clock.
+    fn now(&self) -> f64 {
+        self.clock.map_or(0.0, |clock| clock())
+    }
+}
+
 /// What one thread reuses from tile to tile.
 pub(crate) struct TileScratch {
     part: Part,
@@ -180,11 +187,9 @@ impl TileScratch {
                 if self.seen.hides(nearest, batch.live) {
                     break;
                 }
-                let start = geometry.clock.map(|clock| clock());
+                let start = geometry.now();
                 self.set_up(level, geometry, film);
-                if let (Some(clock), Some(start)) = (geometry.clock, start) {
-                    self.seconds += clock() - start;
-                }
+                self.seconds += geometry.now() - start;
                 self.nearest.push(nearest);
             }
             if self.seen.hides(self.nearest[at], batch.live) {
@@ -221,12 +226,10 @@ impl TileScratch {
                 break;
             }
             if at == self.listed.len() {
-                let start = geometry.clock.map(|clock| clock());
+                let start = geometry.now();
                 let from = (self.part.tile, &mut self.cursor);
                 let any = self.listed.list(level, geometry, film, from, (&mut self.lens, &mut self.surfaces));
-                if let (Some(clock), Some(start)) = (geometry.clock, start) {
-                    self.seconds += clock() - start;
-                }
+                self.seconds += geometry.now() - start;
                 if !any {
                     break;
                 }
@@ -252,11 +255,9 @@ impl TileScratch {
         if count == 0 {
             return 0;
         }
-        let start = geometry.clock.map(|clock| clock());
+        let start = geometry.now();
         let (block, spans, points) = self.listed.set_up(level, geometry, (film, &self.part, batch.cell));
-        if let (Some(clock), Some(start)) = (geometry.clock, start) {
-            self.seconds += clock() - start;
-        }
+        self.seconds += geometry.now() - start;
         let visits = Visits {
             block,
             spans,

@@ -2,8 +2,8 @@
 //!
 //! In: `1/t` and id of what samples see, from [`super::regions`] and [`super::scatter`]: the largest `1/t` yet, and of equal ones
 //! the first. Out: the ids, batch by batch, for [`super::group`]; for [`super::kernel`], [`super::scatter`], [`super::listed`] and
-//! [`super::tile`] whether anything can still be seen. Lane by lane, `floor = min 1/t` over the 16 blocks of a region, or over the tile: a triangle whose `1/t` is
-//! nowhere above it is hidden.
+//! [`super::tile`] whether anything can still be seen. Lane by lane, `floor = min 1/t` over the 16 blocks of a region, or over the
+//! tile: a triangle whose `1/t` is nowhere above it is hidden.
 
 use super::{BATCHES, LANES, TILE};
 use fearless_simd::{Simd, SimdBase, f32x16};
@@ -208,7 +208,7 @@ impl Visibility {
         self.floor.iter().enumerate().all(|(lane, &floor)| lanes >> lane & 1 == 0 || floor >= nearest)
     }
 
-    /// Makes the tile's floor again where anything was drawn since: before each sixteen triangles. (Without, the city's samples went
+    /// Makes the tile's floor again where anything was drawn since: after each sixteen triangles. (Without, the city's samples went
     /// through 40 % more of them; before each one, too, it hid hardly any more.)
     #[inline(always)]
     pub(crate) fn raise_floor<S: Simd>(&mut self, simd: S) {

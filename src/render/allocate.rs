@@ -42,7 +42,8 @@ pub(super) enum Goal {
 }
 
 /// What a sample of a tile takes, in nanoseconds about: of itself, of the groups that are shaded, and of the triangles that
-/// batches of 16 go through (far out of focus those that are set up for one). Counted and not timed, so that it is the same on every machine.
+/// batches of 16 go through (far out of focus those that are set up for one). Counted and not timed, so that it is the same on
+/// every machine.
 pub(super) fn cost(samples: u64, groups: u64, triangles: u64) -> f64 {
     const SAMPLE: f64 = 4.0;
     const GROUP: f64 = 30.0;
