@@ -86,6 +86,13 @@ struct Squares {
     lists: Lists<(u32, Tiles)>,
 }
 
+impl Squares {
+    /// The list of the square that holds tile `(x, y)`.
+    fn list(&self, (x, y): (u32, u32)) -> &[(u32, Tiles)] {
+        self.lists.list((y >> self.shift) * self.squares_x + (x >> self.shift))
+    }
+}
+
 /// How far a tile's lists have been read.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Cursor {
@@ -187,8 +194,7 @@ impl TileLists {
         out.extend(own.iter().take_while(|&&place| place < end));
         cursor.own += out.len();
         for (level, read) in self.levels.iter().zip(&mut cursor.squares) {
-            let list = (y >> level.shift) * level.squares_x + (x >> level.shift);
-            let list = level.lists.list(list).get(*read..).unwrap_or_default();
+            let list = level.list((x, y)).get(*read..).unwrap_or_default();
             let list = &list[..list.partition_point(|(place, _)| *place < end)];
             *read += list.len();
             out.extend(list.iter().filter(|(_, tiles)| tiles.contain((x, y))).map(|(place, _)| *place));
@@ -198,10 +204,8 @@ impl TileLists {
     /// The next triangles that may touch tile `(x, y)`, as many as `out` holds or there are; tells how many.
     pub(super) fn next(&self, (x, y): (u32, u32), cursor: &mut Cursor, out: &mut [u32]) -> usize {
         let own = self.own((x, y));
-        let lists: [&[(u32, Tiles)]; LEVELS] = std::array::from_fn(|at| {
-            let list = |level: &Squares| (y >> level.shift) * level.squares_x + (x >> level.shift);
-            self.levels.get(at).map_or(&[][..], |level| level.lists.list(list(level)))
-        });
+        let lists: [&[(u32, Tiles)]; LEVELS] =
+            std::array::from_fn(|at| self.levels.get(at).map_or(&[][..], |level| level.list((x, y))));
         let mut count = 0;
         if lists.iter().zip(&cursor.squares).all(|(list, &read)| read >= list.len()) {
             // Mostly there are no squares.
