@@ -161,6 +161,27 @@ width = 320
 "#;
 
 #[test]
+fn the_sky_gets_the_fewest_samples_whatever_others_begin_with() {
+    let mut surfaces = yard(&mut Random(5), 40);
+    surfaces.find_patches();
+    let setting = Setting { front: [0.0, 0.0], rear: [0.0, 0.0], f_number: 8.0, stretch: 1.0, rise: 0.0 };
+    let camera = camera(DVec3::new(0.0, 3.0, 24.0), DVec3::new(0.0, 6.0, 0.0), 150.0, setting);
+    let mut scene = scene(&camera, surfaces, 320, 256);
+    let uniform = draw(&scene);
+    scene.render.budget = Budget::MaxError(uniform.rms_error().unwrap());
+    let picture = draw(&scene);
+    let Allocation::Blocks(samples) = picture.samples() else { panic!("by block") };
+    let begun: u32 = samples.to_text().split(':').next().unwrap().parse().unwrap();
+    let mean = picture.samples().mean();
+    println!("begun with {begun}, {:?}, {mean:.1}", picture.samples().range());
+    // The top of the picture is sky.
+    assert!(begun >= 64 && (0..40).all(|x| samples.get(x, 0) == 16), "{begun}");
+    assert!(mean < 0.5 * 256.0 && picture.rms_error() <= uniform.rms_error(), "{mean}");
+    let (again, _) = replay(&scene, picture.samples(), Execution::default()).unwrap();
+    assert!(bits(&picture) == bits(&again) && picture.rms_error() == again.rms_error());
+}
+
+#[test]
 fn where_half_of_the_picture_is_flat_half_the_samples_do() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
     let description = parse(HALF_SKY, "half-sky.toml").unwrap().describe().unwrap();
@@ -193,8 +214,13 @@ fn the_same_bytes_for_any_thread_count_and_in_a_replay() {
     let samples = Allocation::from_text(timed.width(), timed.height(), &text).unwrap();
     let (again, _) = replay(&scene, &samples, Execution::default()).unwrap();
     assert!(bits(&timed) == bits(&again) && timed.rms_error() == again.rms_error());
-    let other = Allocation::from_text(8, 8, "16: 1x16").unwrap();
-    assert_eq!(replay(&scene, &other, Execution::default()).unwrap_err().kind(), ErrorKind::Invalid);
+    let (width, height) = (scene.render.width, scene.render.height);
+    let blocks = width.div_ceil(8) * height.div_ceil(8);
+    // Of another size; and with less than all begin with where there is something to see.
+    for (width, height, text) in [(8, 8, "16: 1x16"), (width, height, &*format!("32: {blocks}x16"))] {
+        let other = Allocation::from_text(width, height, text).unwrap();
+        assert_eq!(replay(&scene, &other, Execution::default()).unwrap_err().kind(), ErrorKind::Invalid);
+    }
 }
 
 /// By a clock that goes on by a tenth of a millisecond whenever it is read, and is slower or faster than the one before.

@@ -20,13 +20,14 @@ pub enum Allocation {
 pub struct BlockSamples {
     width: u32,
     height: u32,
-    /// How many are drawn at once first; the others follow in runs.
+    /// How many are drawn at once first, where there is more than the sky to see; the others follow in runs.
     base: u32,
     samples: Vec<u32>,
 }
 
 impl BlockSamples {
-    /// For a picture of `width` x `height` pixels, none so far; the first `base` of a pixel are drawn at once.
+    /// For a picture of `width` x `height` pixels, none so far; the first `base` of a pixel are drawn at once, but
+    /// [`runs::FIRST_RUN`] in tiles that show nothing but the sky.
     pub(crate) fn new(width: u32, height: u32, base: u32) -> Self {
         let count = width.div_ceil(BLOCK) as usize * height.div_ceil(BLOCK) as usize;
         Self { width, height, base, samples: vec![0; count] }
@@ -96,7 +97,7 @@ impl BlockSamples {
         for word in text.split_whitespace() {
             let parts = word.split_once('x').and_then(|(n, k)| Some((n.parse().ok()?, k.parse().ok()?)));
             let Some((count, samples)) =
-                parts.filter(|&(_, k): &(usize, u32)| k >= found.base && runs::is_reached(k))
+                parts.filter(|&(_, k): &(usize, u32)| k >= runs::FIRST_RUN && runs::is_reached(k))
             else {
                 return Err(Error::invalid(format!("`{word}` is no number of blocks with their samples")));
             };
@@ -188,7 +189,6 @@ mod tests {
             "6",
             "16: 9999999999999999999x16",
             "16: 6x-16",
-            "32: 6x16",
             "17: 6x32",
             "0: 6x16",
         ] {

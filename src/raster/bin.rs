@@ -6,7 +6,6 @@
 //! From the box of its pixels ([`super::boxes`]), `x0..=x1`, `y0..=y1`, a triangle touches the tiles `x0 / 32..=x1 / 32`,
 //! `y0 / 32..=y1 / 32`. Its depth is the least `z` of its corners.
 
-use super::TILE;
 use super::bounds::PixelBox;
 use super::boxes::{Boxes, CHUNK};
 use super::bunches::Bunches;
@@ -14,8 +13,11 @@ use super::cull::{Cluster, Seen};
 use super::lens_points::LensPoints;
 use super::lists::{Cursor, TileLists, Tiles};
 use super::order::{by_key, key};
+use super::part::Part;
 use super::view::{LensCell, View};
+use super::visibility::EVERYWHERE;
 use super::waiting::Waiting;
+use super::{LANES, TILE};
 use fearless_simd::Level;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -217,6 +219,31 @@ impl Bins {
     /// How many are loose, where most of what tiles would list is: at least as many as a tile lists.
     pub(crate) fn loose(&self) -> usize {
         self.loose.count
+    }
+
+    /// In which of a tile's squares of `side` pixels triangles may be seen, row by row, one bit each: in all where some are loose.
+    pub(crate) fn squares(&self, tile: (u32, u32), side: u32) -> u64 {
+        let across = TILE / side;
+        let all = u64::MAX >> (64 - across * across);
+        if self.are_loose() {
+            return all;
+        }
+        let part = Part { tile, block: (side, side), wanted: EVERYWHERE };
+        let (mut found, mut cursor, mut places) = (0, Cursor::default(), [0; LANES]);
+        loop {
+            let count = self.lists.next(tile, &mut cursor, &mut places);
+            for &place in &places[..count] {
+                let number = self.order[place as usize];
+                let boxes = (0..self.cells).map(|cell| self.pixels(number, cell));
+                if let Some([x0, x1, y0, y1]) = part.blocks(boxes.fold(PixelBox::EMPTY, PixelBox::union)) {
+                    let row = (2u64 << x1) - (1 << x0);
+                    found |= (y0..=y1).fold(0, |rows, y| rows | row << (u32::from(y) * across));
+                }
+            }
+            if count < LANES || found == all {
+                return found;
+            }
+        }
     }
 
     /// How many triangles a tile has, but for those that touch many.

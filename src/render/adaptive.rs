@@ -8,13 +8,13 @@
 //!
 //! What a block shows depends on its number of samples alone, so a list of these numbers makes the picture again.
 
-use super::allocate::{self, Block, Forecast, Goal, TileBlocks, USUAL_FALL, allocate, fall};
+use super::allocate::{self, Block, Forecast, Goal, USUAL_FALL, allocate, fall};
 use super::base::{LATER, base, first_work};
 use super::picture::Picture;
-use super::pilot::{self, Pilot};
+use super::pilot::{self, Pilot, Seen};
 use super::progressive::Progressive;
 use super::{Counts, Execution};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::picture::{BlockSamples, Exposure};
 use crate::sampling::runs::FIRST_RUN;
 
@@ -88,8 +88,14 @@ impl<'a> Picture<'a> {
     ) -> Result<(Exposure, Counts)> {
         let mut progressive = Progressive::new(self, execution, counts)?;
         let wanted = progressive.by_block(|x, y| samples.get(x, y));
-        let (width, height) = samples.size();
-        progressive.samples = BlockSamples::new(width, height, samples.base());
+        progressive.clear(samples.base());
+        if wanted.iter().zip(progressive.first_samples()).any(|(&wanted, first)| wanted < first) {
+            return Err(Error::invalid(format!(
+                "gives less than {} samples to pixels that show more than the sky",
+                samples.base()
+            ))
+            .remedy("replay the numbers of a picture of this scene"));
+        }
         progressive.round(&wanted, execution, &|| false)?;
         progressive.finish(execution)
     }
@@ -131,33 +137,32 @@ impl Progressive<'_> {
     fn until_error(&mut self, error: f64, execution: &Execution<'_>) -> Result<()> {
         let columns = self.samples.columns_and_rows().0 as usize;
         let count = self.picture.tiles();
-        let (few, tiles) = (Pilot::to_choose(count), Pilot::for_error(count));
-        let mut seen = self.pilot(few, FIRST_RUN, execution, &|| false)?;
+        let (few, tiles) = (self.pilot_of(Pilot::to_choose), self.pilot_of(Pilot::for_error));
+        let mut seen = self.pilot(few, execution, &|| false)?;
         let allowed = error * error;
         // As uncertain as the error of so many tiles is at least, were they all alike: twenty keep three tenths of it from the goal.
         // (Before this was foreseen they fell short by as much, and another round took a tenth to a third of the time.)
         let foreseen = allowed / (1.0 + DEVIATIONS / (count as f64).sqrt());
-        let goal =
-            |part: f64, pilot: &[TileBlocks]| Goal::Error(part * foreseen * 3.0 * pilot::pixels(pilot));
+        let goal = |part: f64, pilot: &Seen| Goal::Error(part * foreseen * 3.0 * pilot.pixels);
         let entries = self.entries_per_pixel();
-        let choose =
-            |pilot: &[TileBlocks], falling| base(pilot, goal(1.0, pilot), falling, MOST_FOR_ERROR, entries);
+        let choose = |pilot: &Seen, falling| base(pilot, goal(1.0, pilot), falling, MOST_FOR_ERROR, entries);
         let look = choose(&seen, USUAL_FALL).min(MOST_FOR_PILOT);
         let (mut falling, mut first) = (USUAL_FALL, FIRST_RUN);
         if look > FIRST_RUN {
             self.clear(look);
-            let more = self.pilot(few, look, execution, &|| false)?;
-            // How the error falls is known now, and more at once may be wanted.
-            falling = pilot::fall(&seen, &more).unwrap_or(USUAL_FALL);
+            let more = self.pilot(few, execution, &|| false)?;
+            // How the error falls is known now, by half: by a few tiles' word alone, 1.18, a picture that 256 samples had been enough for
+            // began with 512. And more at once may be wanted.
+            falling = 0.5 * (USUAL_FALL + pilot::fall(&seen.tiles, &more.tiles).unwrap_or(USUAL_FALL));
             (first, seen) = (choose(&more, falling).max(look), more);
         }
         if first > look {
             self.clear(first);
         }
         if first > look || few != tiles {
-            seen = self.pilot(tiles, first, execution, &|| false)?;
+            seen = self.pilot(tiles, execution, &|| false)?;
         }
-        let forecast = Forecast::new(&seen, goal(AIM, &seen), ROUNDS_FALL, MOST_FOR_ERROR);
+        let forecast = Forecast::new(&seen.tiles, goal(AIM, &seen), ROUNDS_FALL, MOST_FOR_ERROR);
         self.first_round(&forecast, execution)?;
         let mut before = None;
         loop {
@@ -180,9 +185,11 @@ impl Progressive<'_> {
         }
     }
 
-    /// Entries of the tiles' bins for each pixel: how dear it is to begin a tile again.
+    /// Entries of the tiles' bins for each pixel that may show more than the sky: how dear it is to begin a tile again.
     fn entries_per_pixel(&self) -> f64 {
-        self.picture.bins.work() as f64 / self.pixels()
+        let covered = self.blocks().into_iter().filter(|block| !block.is_sky);
+        let pixels: f64 = covered.map(|block| f64::from(block.pixels)).sum();
+        self.picture.bins.work() as f64 / pixels.max(1.0)
     }
 
     /// Draws until the time is up; where there is no time for the first run, the number of samples that there is time for.
@@ -198,9 +205,8 @@ impl Progressive<'_> {
         // Where a tile takes long the pilot must not take all of the time; and where there is hardly any left, how long the rest takes
         // must be known all the same.
         let until = begun + (PILOT_PART * (end - begun)).max(PILOT_LEAST * again);
-        let pilot =
-            self.pilot(Pilot::for_time(self.picture.tiles()), FIRST_RUN, execution, &|| clock() >= until)?;
-        let seen = pilot::pixels(&pilot);
+        let pilot = self.pilot(self.pilot_of(Pilot::for_time), execution, &|| clock() >= until)?;
+        let seen = pilot.pixels;
         let took = (clock() - begun).max(1e-9);
         let left = end - clock();
         let rest = if seen > 0.0 { took * (pixels - seen) / seen } else { f64::INFINITY };
@@ -209,17 +215,14 @@ impl Progressive<'_> {
             return Ok(Some(few.map_or(1, |&(samples, _)| samples)));
         }
         // Of a larger first run more samples are drawn in a time; what is left over goes into rounds.
-        let goal = Goal::Work(
-            FIRST_PART * left / took
-                * first_work(pilot.iter().flat_map(TileBlocks::blocks), FIRST_RUN)
-                * seen
-                / pixels,
-        );
+        let goal =
+            Goal::Work(FIRST_PART * left / took * first_work(pilot.covered(), FIRST_RUN) * seen / pixels);
         let base = base(&pilot, goal, USUAL_FALL, allocate::MOST_FOR_TIME, entries);
         let begun = clock();
         self.clear(base);
-        self.round(&vec![base; self.errors.len()], execution, &|| false)?;
-        let mut rate = first_work(self.blocks(), base) / (clock() - begun).max(1e-9) / LATER;
+        self.round(&self.first_samples(), execution, &|| false)?;
+        let drawn = self.blocks().into_iter().filter(|block| !block.is_sky);
+        let mut rate = first_work(drawn, base) / (clock() - begun).max(1e-9) / LATER;
         // A round takes what its predecessor's speed says, the first no more than a third of what is left: its errors
         // tell better where the rest should go.
         let mut share = 0.35;

@@ -30,6 +30,8 @@ pub(super) struct Block {
     pub error: f64,
     /// What a sample takes there: see [`cost`].
     pub cost: f64,
+    /// Shows nothing but the sky.
+    pub is_sky: bool,
 }
 
 /// What more samples are for.
@@ -240,7 +242,7 @@ pub(super) fn fall(before: &[Block], after: &[Block]) -> Option<f64> {
 }
 
 /// Each block's error, half its own and half the mean of the nine about it: two halves may agree by chance, and a block
-/// that stopped for that would stay wrong.
+/// that stopped for that would stay wrong. (The sky's is its own.)
 fn smoothed(blocks: &[Block], columns: usize, levels: &Levels) -> Vec<f64> {
     let columns = columns.max(1);
     let rows = blocks.len() / columns;
@@ -257,6 +259,9 @@ fn smoothed(blocks: &[Block], columns: usize, levels: &Levels) -> Vec<f64> {
     }
     (0..blocks.len())
         .map(|i| {
+            if blocks[i].is_sky {
+                return blocks[i].error;
+            }
             let (first, last) = around(i / columns, rows.max(1));
             let sum: f64 = (first..=last).map(|y| across[y * columns + i % columns]).sum();
             let mean = sum / (last - first + 1) as f64;
@@ -270,7 +275,7 @@ mod tests {
     use super::*;
 
     fn block(error: f64) -> Block {
-        Block { pixels: 64, samples: 16, error, cost: 10.0 }
+        Block { pixels: 64, samples: 16, error, cost: 10.0, is_sky: false }
     }
 
     #[test]

@@ -4,7 +4,8 @@
 //! For an error it is the one with the least `work + 1.5 (work of the samples that allocate adds) + 3 (work of a round)` of those
 //! that need at most 1.25 times the fewest samples; for a time, the one with the least error by what [`super::allocate`] adds.
 
-use super::allocate::{Block, Goal, Levels, TileBlocks, spread};
+use super::allocate::{Block, Goal, Levels, spread};
+use super::pilot::Seen;
 use crate::sampling::runs::{self, Run};
 
 /// What the samples of small first runs cost, in samples of a larger one: fewer of them lie close together, and a tile's
@@ -33,10 +34,10 @@ pub(super) fn first_work(blocks: impl IntoIterator<Item = Block>, base: u32) -> 
 /// How many samples all pixels should get at once, by what the first run found in some blocks: where the error is much the
 /// same everywhere, rounds cost more than they save, and `goal`, for these blocks alone, is best reached in one. Where it
 /// is not, samples are saved for an error even if that takes longer, as it does on small pictures of many triangles.
-pub(super) fn base(tiles: &[TileBlocks], goal: Goal, fall: f64, most: u32, entries_per_pixel: f64) -> u32 {
+pub(super) fn base(seen: &Seen, goal: Goal, fall: f64, most: u32, entries_per_pixel: f64) -> u32 {
     let levels = Levels::new(most, fall);
-    let blocks: Vec<Block> = tiles.iter().flat_map(TileBlocks::blocks).collect();
-    let errors: Vec<f64> = tiles.iter().flat_map(|tile| tile.smoothed(&levels)).collect();
+    let all = seen.tiles.iter().flat_map(|tile| tile.blocks().zip(tile.smoothed(&levels)));
+    let (blocks, errors): (Vec<Block>, Vec<f64>) = all.filter(|(block, _)| !block.is_sky).unzip();
     // All have as many.
     let drawn = f64::from(blocks.first().map_or(runs::FIRST_RUN, |block| block.samples));
     let pixels: f64 = blocks.iter().map(|block| f64::from(block.pixels)).sum();
@@ -48,7 +49,9 @@ pub(super) fn base(tiles: &[TileBlocks], goal: Goal, fall: f64, most: u32, entri
         let raised = |block: &Block| Block { samples: base, error: block.error * falls, ..*block };
         let all: Vec<Block> = blocks.iter().map(raised).collect();
         let error: f64 = all.iter().map(|block| block.error).sum();
-        let (samples, work) = (f64::from(base) * pixels, first_work(blocks.iter().copied(), base));
+        let work = first_work(blocks.iter().copied(), base);
+        // What shows nothing but the sky has the fewest in any case.
+        let samples = f64::from(base) * pixels + f64::from(runs::FIRST_RUN) * (seen.pixels - pixels);
         // Samples, work and error of what comes after.
         let more = |goal: Goal| {
             let errors = errors.iter().map(|error| error * falls).collect();
@@ -84,13 +87,15 @@ pub(super) fn base(tiles: &[TileBlocks], goal: Goal, fall: f64, most: u32, entri
 
 #[cfg(test)]
 mod tests {
+    use super::super::allocate::TileBlocks;
     use super::*;
 
     /// Four tiles of blocks with 16 samples, of which `share` are wrong and the others done.
-    fn tiles(share: f64) -> Vec<TileBlocks> {
+    fn tiles(share: f64) -> Seen {
         let error = |i: usize| if (i as f64) < share * 16.0 { 1.0 } else { 0.0 };
-        let block = |i: usize| Block { pixels: 64, samples: 16, error: error(i), cost: 10.0 };
-        (0..4).map(|_| TileBlocks::new((0..16).map(block).collect(), 4)).collect()
+        let block = |i: usize| Block { pixels: 64, samples: 16, error: error(i), cost: 10.0, is_sky: false };
+        let tiles = (0..4).map(|_| TileBlocks::new((0..16).map(block).collect(), 4)).collect();
+        Seen { tiles, pixels: 4096.0 }
     }
 
     #[test]
@@ -108,7 +113,7 @@ mod tests {
 
     #[test]
     fn no_more_is_begun_with_than_there_is_time_for() {
-        let work = |samples: u32| first_work(tiles(1.0).iter().flat_map(TileBlocks::blocks), samples);
+        let work = |samples: u32| first_work(tiles(1.0).covered(), samples);
         assert_eq!(base(&tiles(1.0), Goal::Work(1.01 * work(256)), 1.5, 1 << 14, 0.1), 256);
         assert_eq!(base(&tiles(1.0), Goal::Work(0.99 * work(32)), 1.5, 1 << 14, 0.1), 16);
     }

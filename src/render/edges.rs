@@ -9,7 +9,9 @@
 //! `f`; with two halves and any `f`, `c^2 / (3 n^2)`. With a lens the samples that see it are a half-space of pixel and lens,
 //! of which scrambled nets miss about `c^2 n^(-4/3)` times a constant (Owen 1997, for three dimensions), found by measuring.
 
+use super::covered::{is_covered, moved_to_covered};
 use super::differences::{self, NUMBERS};
+use super::kept::Blocks;
 use super::picture::Picture;
 use super::resolve::{BLOCKS, ByBlock, Sum, WIDTH};
 use crate::picture::BLOCK;
@@ -79,18 +81,26 @@ impl Picture<'_> {
         (tx, ty): (u32, u32),
         sums: &[Sum],
         (all, changed): (&ByBlock<u32>, &ByBlock<u32>),
+        covered: Blocks,
     ) -> ByBlock<f64> {
         let size =
             [self.view.width - tx * TILE, self.view.height - ty * TILE].map(|size| size.min(TILE) as usize);
+        let counts = |block: usize| is_covered(covered, block) && changed[block] > 1;
+        if !(0..changed.len()).any(counts) {
+            return ByBlock::default();
+        }
         let mut tile = Shown::nothing(size);
         tile.fill(self.level, sums, &all.map(|n| self.gain / n.max(1) as f32));
         let mut contrasts = ByBlock::default();
         at_level!(self.level, simd => {
-            for (block, contrast) in contrasts.iter_mut().enumerate().filter(|(block, _)| changed[*block] > 1) {
-                *contrast = tile.contrasts(simd, block);
+            for (block, contrast) in contrasts.iter_mut().enumerate() {
+                if counts(block) || !is_covered(covered, block) {
+                    *contrast = tile.contrasts(simd, block);
+                }
             }
         });
-        contrasts
+        // Of an edge along the border of two blocks half is seen in either, and the sky errs nothing.
+        moved_to_covered(covered, contrasts)
     }
 
     /// The squared error that `samples` make of an edge at most, as a part of its squared contrast.
@@ -100,8 +110,14 @@ impl Picture<'_> {
     }
 
     /// What edges may hide in blocks of so many samples: squared errors.
-    pub(super) fn hidden(&self, tile: (u32, u32), sums: &[Sum], samples: &ByBlock<u32>) -> ByBlock<f64> {
-        let contrasts = self.contrasts(tile, sums, (samples, samples));
+    pub(super) fn hidden(
+        &self,
+        tile: (u32, u32),
+        sums: &[Sum],
+        samples: &ByBlock<u32>,
+        covered: Blocks,
+    ) -> ByBlock<f64> {
+        let contrasts = self.contrasts(tile, sums, (samples, samples), covered);
         self.all_missed(samples, &contrasts)
     }
 

@@ -4,6 +4,7 @@
 //! `max(found, share hidden)` as in [`super::tile_round`], now by the edges of the whole picture, raised to what
 //! [`super::highlights`] says; stated is `sqrt(sum of squared errors / (3 width height))`.
 
+use super::covered::first_samples;
 use super::edges;
 use super::kept::{self, AREA};
 use super::progressive::Progressive;
@@ -31,7 +32,8 @@ impl Progressive<'_> {
         };
         let (columns, rows) = samples.columns_and_rows();
         let load = |sums: &mut Vec<Sum>, tile: usize| {
-            kept::load((&self.even[tile], &self.odd[tile]), self.apart[tile], self.samples.base(), sums);
+            let first = first_samples(self.covered.of_tile(picture.place(tile)), samples.base());
+            kept::load((&self.even[tile], &self.odd[tile]), self.apart[tile], &first, sums);
         };
         // From what there is now, not as it came: an edge goes by the pixels beside it, which may have got more samples since.
         let edges = |sums: &mut Vec<Sum>, tile: usize| {
@@ -45,7 +47,7 @@ impl Progressive<'_> {
             };
             let hidden = if self.stale[tile] {
                 load(sums, tile);
-                picture.hidden(place, sums, &samples)
+                picture.hidden(place, sums, &samples, self.covered.of_tile(place))
             } else {
                 as_found(&self.hidden)
             };

@@ -34,24 +34,38 @@ fn block_of(row: usize) -> usize {
 }
 
 /// The sums of a tile of which the blocks `apart` were kept as they are, and of the others the total, as of even samples; of a
-/// tile without such blocks the means of so many samples.
-pub(super) fn load((even, odd): (&Half, &Odd), apart: Blocks, samples: u32, sums: &mut [Sum]) {
+/// tile without such blocks the means of as many samples as each began with.
+pub(super) fn load((even, odd): (&Half, &Odd), apart: Blocks, first: &ByBlock<u32>, sums: &mut [Sum]) {
     if apart == 0 {
-        let total = |mean: &[f32; 3]| (Vec3::from_array(*mean) * samples as f32).to_array();
-        sums.iter_mut().zip(even).for_each(|(sum, mean)| *sum = [total(mean), [0.0; 3]]);
+        let rows = sums.as_chunks_mut::<WIDTH>().0.iter_mut().zip(even.as_chunks::<WIDTH>().0);
+        for (row, (sums, even)) in rows.enumerate() {
+            let samples = first[block_of(row)] as f32;
+            let total = |mean: &[f32; 3]| (Vec3::from_array(*mean) * samples).to_array();
+            sums.iter_mut().zip(even).for_each(|(sum, mean)| *sum = [total(mean), [0.0; 3]]);
+        }
     } else {
         sums.iter_mut().zip(even.iter().zip(odd)).for_each(|(sum, (&even, &odd))| *sum = [even, odd]);
     }
 }
 
-/// Keeps the sums of the blocks `apart` as they are, and of the others the total; of a tile without such blocks the means of so
-/// many samples.
+/// Keeps the sums of the blocks `apart` as they are, and of the others the total; of a tile without such blocks the means of as
+/// many samples as each began with.
 ///
 /// # Errors
 /// [`crate::error::ErrorKind::TooLarge`] where there is no memory left.
-pub(super) fn save(sums: &[Sum], apart: Blocks, samples: u32, (even, odd): Kept<'_>) -> Result<()> {
+pub(super) fn save(sums: &[Sum], apart: Blocks, first: &ByBlock<u32>, (even, odd): Kept<'_>) -> Result<()> {
+    if apart == 0 && first.iter().all(|samples| *samples == first[0]) {
+        means_of(sums, first[0], even);
+        return Ok(());
+    }
     if apart == 0 {
-        means_of(sums, samples, even);
+        let rows = sums.as_chunks::<WIDTH>().0.iter().zip(even.as_chunks_mut::<WIDTH>().0);
+        for (row, (sums, even)) in rows.enumerate() {
+            for (sum, even) in sums.iter().zip(even) {
+                let [a, b] = sum.map(Vec3::from_array);
+                *even = ((a + b) / first[block_of(row)] as f32).to_array();
+            }
+        }
         return Ok(());
     }
     odd.clear();
@@ -101,19 +115,26 @@ mod tests {
     #[test]
     fn what_is_kept_comes_back_apart_or_as_the_total() {
         let sums: Vec<Sum> = (0..AREA).map(|at| [[at as f32, 1.0, 0.5], [2.0, at as f32, 0.25]]).collect();
-        for apart in [0, 1, 0x8421, Blocks::MAX] {
+        let mixed = std::array::from_fn(|block| if block % 3 == 0 { 16 } else { 4 });
+        for (apart, first) in
+            [0, 1, 0x8421, Blocks::MAX].into_iter().flat_map(|apart| [(apart, [4; 16]), (apart, mixed)])
+        {
             let (mut even, mut odd) = (tile(0.0), Odd::new());
             let mut loaded = vec![Sum::default(); AREA];
-            save(&sums, apart, 4, (&mut even, &mut odd)).unwrap();
-            load((&even, &odd), apart, 4, &mut loaded);
+            save(&sums, apart, &first, (&mut even, &mut odd)).unwrap();
+            load((&even, &odd), apart, &first, &mut loaded);
             let is_in = |at: usize| apart >> (at / 256 * 4 + at % 32 / 8) & 1 == 1;
             for (at, (loaded, sum)) in loaded.iter().zip(&sums).enumerate() {
                 let total = [0, 1, 2].map(|channel| sum[0][channel] + sum[1][channel]);
                 let wanted = if is_in(at) { *sum } else { [total, [0.0; 3]] };
                 assert_eq!(*loaded, wanted, "{apart:x} {at}");
             }
-            means((&mut even, &odd), apart, &[4; 16]);
-            let is_mean = |at: usize| (even[at][1] * 4.0 - sums[at][0][1] - sums[at][1][1]).abs() < 1e-3;
+            means((&mut even, &odd), apart, &first);
+            let is_mean = |at: usize| {
+                (even[at][1] * first[at / 256 * 4 + at % 32 / 8] as f32 - sums[at][0][1] - sums[at][1][1])
+                    .abs()
+                    < 1e-3
+            };
             assert!((0..AREA).all(is_mean), "{apart:x}");
         }
     }
@@ -121,7 +142,7 @@ mod tests {
     #[test]
     fn of_a_mean_the_odd_half_takes_no_memory() {
         let (mut even, mut odd) = (tile(0.0), Odd::new());
-        save(&vec![[[1.0; 3]; 2]; AREA], 0, 2, (&mut even, &mut odd)).unwrap();
+        save(&vec![[[1.0; 3]; 2]; AREA], 0, &[2; 16], (&mut even, &mut odd)).unwrap();
         assert!(even[7] == [1.0; 3] && odd.capacity() == 0);
         means((&mut even, &odd), 0, &[2; 16]);
         assert_eq!(even[7], [1.0; 3]);

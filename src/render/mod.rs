@@ -18,6 +18,7 @@ mod allocate;
 mod base;
 mod border;
 mod clipped;
+mod covered;
 mod differences;
 mod diffraction;
 mod draw;

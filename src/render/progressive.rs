@@ -6,6 +6,7 @@
 //! What a block shows depends on its number of samples alone, so a list of these numbers makes the picture again.
 
 use super::allocate::{Block, Forecast};
+use super::covered::{Covered, first_samples};
 use super::draw::{TILES_AT_ONCE, TileScratch};
 use super::edges;
 use super::kept::{self, AREA, Blocks, Half, Kept, Odd};
@@ -54,6 +55,7 @@ pub(super) struct Progressive<'a> {
     /// The errors after the first run.
     first: Vec<f64>,
     pub edges: EdgesErr,
+    pub covered: Covered,
     /// Tiles of which some blocks got samples after what edges hide in the others was found.
     pub stale: Vec<bool>,
     /// What a sample takes in each tile, as its first run found: see [`allocate::cost`].
@@ -85,6 +87,7 @@ impl<'a> Progressive<'a> {
             lights,
             first,
             edges: EdgesErr { share: 1.0, is_much: true },
+            covered: Covered::new(picture),
             stale,
             costs,
             counts,
@@ -109,6 +112,7 @@ impl<'a> Progressive<'a> {
             pixels: self.picture.block_pixels(x, y),
             samples: self.samples.get(x, y),
             error: self.errors[(y * columns + x) as usize],
+            is_sky: !self.covered.has(x, y),
             cost: self.costs[(y / BLOCKS * self.picture.bins.tiles_x + x / BLOCKS) as usize],
         }
     }
@@ -145,6 +149,11 @@ impl<'a> Progressive<'a> {
         }
     }
 
+    /// How many samples the blocks of the picture begin with.
+    pub(super) fn first_samples(&self) -> Vec<u32> {
+        self.by_block(|x, y| if self.covered.has(x, y) { self.samples.base() } else { FIRST_RUN })
+    }
+
     /// The tile that a block lies in.
     pub(super) fn tile_of(&self, block: usize) -> usize {
         let (columns, block) = (self.samples.columns_and_rows().0, block as u32);
@@ -167,15 +176,13 @@ impl<'a> Progressive<'a> {
 
     /// Gives each block the first run and, while its tile's triangles are set up, what `forecast` says from there.
     pub(super) fn first_round(&mut self, forecast: &Forecast, execution: &Execution<'_>) -> Result<()> {
-        let wanted = vec![self.samples.base(); self.errors.len()];
-        self.draw(&wanted, Some(forecast), execution, &|| false)
+        self.draw(&self.first_samples(), Some(forecast), execution, &|| false)
     }
 
     /// What the blocks were after the first run.
     pub(super) fn after_first(&self) -> Vec<Block> {
-        let as_first =
-            |(block, &error): (Block, &f64)| Block { samples: self.samples.base(), error, ..block };
-        self.blocks().into_iter().zip(&self.first).map(as_first).collect()
+        let as_first = |((block, &error), samples)| Block { samples, error, ..block };
+        self.blocks().into_iter().zip(&self.first).zip(self.first_samples()).map(as_first).collect()
     }
 
     fn draw(
@@ -187,16 +194,19 @@ impl<'a> Progressive<'a> {
     ) -> Result<()> {
         let (columns, _) = self.samples.columns_and_rows();
         let (picture, samples, edges, costs) = (self.picture, &self.samples, self.edges, &self.costs);
+        let covered = &self.covered;
         let finished = AtomicUsize::new(0);
         let tiles = self.picture.tiles();
         let stop = || cancelled(execution) || late();
         self.watch.lap(&mut self.counts.stages.rounds);
         let each =
             |scratch: &mut TileScratch, sums: &mut [Sum], tile, (even, odd): Kept<'_>, apart: &mut Blocks| {
+                let covered = covered.of_tile(picture.place(tile));
+                let first = first_samples(covered, samples.base());
                 let mut round = TileRound::new(
                     picture,
-                    tile,
-                    (samples, edges, costs[tile]),
+                    (tile, costs[tile]),
+                    (covered, first, edges),
                     (scratch, sums),
                     execution,
                     &stop,
@@ -218,10 +228,10 @@ impl<'a> Progressive<'a> {
                     return Ok(None);
                 };
                 *apart |= drawn.changed_blocks();
-                if forecast.is_some() && !execution.error_map && drawn.is_even(samples.base()) {
+                if forecast.is_some() && !execution.error_map && drawn.is_even(&first) {
                     *apart = 0;
                 }
-                kept::save(sums, *apart, samples.base(), (even, odd))?;
+                kept::save(sums, *apart, &first, (even, odd))?;
                 Ok(Some(drawn))
             };
         let drawn: Result<Vec<Option<Drawn>>> = self

@@ -1,13 +1,14 @@
-//! Rounds by hand: what goes on after it was thought done.
+//! Rounds by hand: what goes on after it was thought done, and what is known of blocks before they are drawn.
 
 use super::allocate::{Block, Forecast, Goal, TileBlocks};
+use super::covered::Covered;
 use super::kept::Blocks;
 use super::picture::Sequence;
 use super::progressive::Progressive;
 use super::{Execution, draw};
 use crate::error::Result;
-use crate::picture::Allocation;
-use crate::scene::{LoadSettings, Memory, parse};
+use crate::picture::{Allocation, BLOCK};
+use crate::scene::{LoadSettings, Memory, Scene, parse};
 use std::path::Path;
 
 const SCENE: &str = "[camera]
@@ -24,17 +25,62 @@ toward = [0.5, 0.8, 0.6]
 color = [0.8, 0.7, 0.6]
 ";
 
+/// Of a scene whose mesh has these triangles, 100 pixels wide.
+fn scene(mesh: &str) -> Result<Scene> {
+    let files = Memory::new().with("a.obj", mesh.as_bytes().to_vec());
+    let settings = LoadSettings { width: Some(100), ..Default::default() };
+    parse(SCENE, "a.toml")?.describe()?.load_with(&files, Path::new(""), settings)
+}
+
+/// Three triangles, of which lens points see more than a pinhole would.
+const THREE: &str = "v -1 -0.2 0.3\nv 1 0 0\nv 0 0.3 -0.5\nv 0.1 -0.3 0.1\nf 1 2 3\nf 1 4 3\nf 2 3 4\n";
+
+#[test]
+fn what_shows_more_than_the_sky_is_known_beforehand() -> Result<()> {
+    let execution = Execution::default();
+    // About in focus; and far out of it.
+    let sharp = "v -0.12 -0.06 0.1\nv 0.14 -0.05 0.1\nv 0.02 0.16 0.05\nf 1 2 3\n";
+    let blurred = "v -0.08 -0.06 0.4\nv 0.05 -0.06 0.45\nv -0.05 0.05 0.42\nf 1 2 3\n";
+    // Behind the camera.
+    let empty = scene("v -1 0 9\nv 1 0 9\nv 0 1 9\nf 1 2 3\n")?;
+    let sky = draw(&empty, Sequence::Uniform(64), &execution, |picture, counts| {
+        picture.uniform(64, &execution, counts)
+    })?;
+    for mesh in [sharp, blurred] {
+        let scene = scene(mesh)?;
+        let (found, _) = draw(&scene, Sequence::Uniform(64), &execution, |picture, counts| {
+            picture.uniform(64, &execution, counts)
+        })?;
+        let places = || (0..found.height()).flat_map(|y| (0..found.width()).map(move |x| (x, y)));
+        let covered = draw(&scene, Sequence::Runs, &execution, |picture, _| {
+            let covered = Covered::new(picture);
+            Ok(places().map(|(x, y)| covered.has(x / BLOCK, y / BLOCK)).collect::<Vec<_>>())
+        })?;
+        // Where there is nothing to see there is no defocus either, which changes the sky by 1e-4.
+        let shows_more = |(x, y): (u32, u32)| {
+            found
+                .pixel(x, y)
+                .into_iter()
+                .zip(sky.0.pixel(x, y))
+                .any(|(found, sky)| (found - sky).abs() > 1e-3)
+        };
+        assert!(places().zip(&covered).all(|(place, &covered)| covered || !shows_more(place)));
+        let [shown, reached] =
+            [places().filter(|&place| shows_more(place)).count(), covered.iter().filter(|c| **c).count()];
+        assert!(shown > 500 && reached < 4 * shown, "{shown} {reached}");
+    }
+    Ok(())
+}
+
 /// Some blocks go on of tiles whose first run was all that was wanted of them: of these the total alone was kept.
 #[test]
 fn blocks_that_go_on_after_all_are_as_if_drawn_at_once() -> Result<()> {
-    let mesh = "v -1 -0.2 0.3\nv 1 0 0\nv 0 0.3 -0.5\nv 0.1 -0.3 0.1\nf 1 2 3\nf 1 4 3\nf 2 3 4\n";
-    let files = Memory::new().with("a.obj", mesh.as_bytes().to_vec());
-    let settings = LoadSettings { width: Some(100), ..Default::default() };
-    let scene = parse(SCENE, "a.toml")?.describe()?.load_with(&files, Path::new(""), settings)?;
+    let scene = scene(THREE)?;
     let execution = Execution::default();
     let pictures = draw(&scene, Sequence::Runs, &execution, |picture, counts| {
         // Goes on nowhere.
-        let tile = TileBlocks::new(vec![Block { pixels: 64, samples: 16, error: 1.0, cost: 1.0 }], 1);
+        let tile =
+            TileBlocks::new(vec![Block { pixels: 64, samples: 16, error: 1.0, cost: 1.0, is_sky: false }], 1);
         let forecast = Forecast::new(&[tile], Goal::Error(1e9), 1.5, 1024);
         let mut progressive = Progressive::new(picture, &execution, counts)?;
         progressive.first_round(&forecast, &execution)?;

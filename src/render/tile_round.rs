@@ -6,6 +6,7 @@
 
 use super::Execution;
 use super::allocate::{Block, Forecast, TileBlocks, cost};
+use super::covered::is_covered;
 use super::draw::{Step, Tally, TileScratch, TileSums, Work};
 use super::kept::{self, Blocks, Half, Odd};
 use super::pattern::Splits;
@@ -13,7 +14,7 @@ use super::picture::Picture;
 use super::progressive::EdgesErr;
 use super::resolve::{BLOCKS, ByBlock, Sum};
 use super::stages::Stopwatch;
-use crate::picture::{BLOCK, BlockSamples};
+use crate::picture::BLOCK;
 use crate::sampling::runs::Run;
 
 /// A tile that is taken on.
@@ -23,8 +24,9 @@ pub(super) struct TileRound<'a> {
     tile: (u32, u32),
     corner: (u32, u32),
     size: (u32, u32),
-    /// The samples of the first run.
-    base: u32,
+    covered: Blocks,
+    /// How many samples each block begins with.
+    first: ByBlock<u32>,
     edges: EdgesErr,
     /// What a sample takes, 0 before the first run: see [`cost`].
     cost: f64,
@@ -77,9 +79,9 @@ impl Drawn {
             .fold(0, |blocks, block| blocks | Blocks::from(self.changed[block] > 0) << block)
     }
 
-    /// Whether these have so many samples now, all of them.
-    pub(super) fn is_even(&self, samples: u32) -> bool {
-        self.changed.iter().all(|&changed| changed == 0 || changed == samples)
+    /// Whether each of these has so many samples now.
+    pub(super) fn is_even(&self, samples: &ByBlock<u32>) -> bool {
+        self.changed.iter().zip(samples).all(|(&changed, &samples)| changed == 0 || changed == samples)
     }
 }
 
@@ -93,29 +95,17 @@ impl Picture<'_> {
 impl<'a> TileRound<'a> {
     pub(super) fn new(
         picture: &'a Picture<'a>,
-        tile: usize,
-        (samples, edges, cost): (&BlockSamples, EdgesErr, f64),
+        (tile, cost): (usize, f64),
+        (covered, first, edges): (Blocks, ByBlock<u32>, EdgesErr),
         (scratch, sums): (&'a mut TileScratch, &'a mut [Sum]),
         execution: &'a Execution<'a>,
         stop: &'a dyn Fn() -> bool,
     ) -> Self {
         let tile = picture.place(tile);
         let corner = (tile.0 * BLOCKS, tile.1 * BLOCKS);
-        let (columns, rows) = samples.columns_and_rows();
+        let [columns, rows] = [picture.view.width, picture.view.height].map(|pixels| pixels.div_ceil(BLOCK));
         let size = (BLOCKS.min(columns - corner.0), BLOCKS.min(rows - corner.1));
-        Self {
-            picture,
-            tile,
-            corner,
-            size,
-            base: samples.base(),
-            edges,
-            cost,
-            scratch,
-            sums,
-            execution,
-            stop,
-        }
+        Self { picture, tile, corner, size, covered, first, edges, cost, scratch, sums, execution, stop }
     }
 
     /// Takes up what was kept of a tile, where it has samples. (Where each block is drawn to `then` samples from the first on, what
@@ -126,7 +116,7 @@ impl<'a> TileRound<'a> {
         then: &ByBlock<u32>,
     ) -> &mut Self {
         match before {
-            Some((kept, apart)) => kept::load(kept, apart, self.base, self.sums),
+            Some((kept, apart)) => kept::load(kept, apart, &self.first, self.sums),
             None if then.contains(&0) => self.sums.fill(Sum::default()),
             None => {}
         }
@@ -167,7 +157,10 @@ impl<'a> TileRound<'a> {
         let mut known = None;
         if let Some(forecast) = forecast {
             let picture = self.picture;
-            known = self.edges.is_much.then(|| picture.contrasts(self.tile, self.sums, (&begun, &begun)));
+            known = self
+                .edges
+                .is_much
+                .then(|| picture.contrasts(self.tile, self.sums, (&begun, &begun), self.covered));
             let hidden = known.map(|contrasts| picture.all_missed(&begun, &contrasts)).unwrap_or_default();
             let found = self.errors(&begun, &first, &hidden);
             let wanted = self.forecast(forecast, &begun, &found, cost);
@@ -182,7 +175,7 @@ impl<'a> TileRound<'a> {
         // From all that is there now. (Found after the first run of every picture it took 2 % of the city's time.)
         let mut watch = Stopwatch::start(self.execution.clock);
         let reached = std::array::from_fn(|block| now[block].max(changed[block]));
-        let all = || self.picture.contrasts(self.tile, self.sums, (&reached, &changed));
+        let all = || self.picture.contrasts(self.tile, self.sums, (&reached, &changed), self.covered);
         let contrasts = known.unwrap_or_else(all);
         let hidden = |samples: &ByBlock<u32>| self.picture.all_missed(samples, &contrasts);
         let (first, hidden) = (self.errors(&begun, &first, &hidden(&begun)), hidden(&changed));
@@ -207,7 +200,7 @@ impl<'a> TileRound<'a> {
     /// Draws such runs, where the last ones were drawn in the same tile with its triangles as they are set up; resolves what
     /// they change.
     fn runs(&mut self, now: ByBlock<u32>, then: ByBlock<u32>, is_set_up: bool) -> Option<Runs> {
-        let steps = steps(self.base, now, then);
+        let steps = steps(&self.first, now, then);
         if steps.is_empty() || (self.stop)() {
             return None;
         }
@@ -222,10 +215,9 @@ impl<'a> TileRound<'a> {
             self.stop,
         );
         let mut watch = Stopwatch::start(clock);
-        let end = count.checked_sub(1).map_or(0, |last| steps[last].run.end());
-        let changed = std::array::from_fn(|block| match then[block].min(end) {
-            reached if reached > now[block] => reached,
-            _ => 0,
+        let changed = std::array::from_fn(|block| {
+            let its = steps[..count].iter().filter(|step| step.wanted & regions(block) != 0);
+            its.map(|step| step.run.end()).max().unwrap_or(0)
         });
         let Runs { plain, .. } = self.seen(changed);
         watch.lap(&mut tally.stages.resolve);
@@ -251,6 +243,7 @@ impl<'a> TileRound<'a> {
             samples: samples[block],
             error: errors[block],
             cost,
+            is_sky: !is_covered(self.covered, block),
         };
         let tile = TileBlocks::new(self.blocks().map(of_block).collect(), self.size.0 as usize);
         let mut wanted = *samples;
@@ -259,18 +252,24 @@ impl<'a> TileRound<'a> {
     }
 }
 
-/// The runs that lead each block of a tile from `now` to `then` samples, the first of `base`, each with the regions that
-/// take part.
-fn steps(base: u32, now: ByBlock<u32>, then: ByBlock<u32>) -> Vec<Step> {
-    let going = || now.into_iter().zip(then).filter(|(now, then)| now < then);
-    let from = going().map(|(now, _)| now).min().unwrap_or(0);
-    let to = going().map(|(_, then)| then).max().unwrap_or(0);
-    let first = (from == 0).then_some(Run { first: 0, count: base });
-    first
-        .into_iter()
-        .chain(Run::between(from.max(base), to))
+/// The runs that lead each block of a tile from `now` to `then` samples, of which the first has as many as in `first`, each with the
+/// regions that take part.
+fn steps(first: &ByBlock<u32>, now: ByBlock<u32>, then: ByBlock<u32>) -> Vec<Step> {
+    let going = || (0..now.len()).filter(|&block| now[block] < then[block]);
+    let from = going().map(|block| now[block].max(first[block])).min().unwrap_or(0);
+    let to = going().map(|block| then[block]).max().unwrap_or(0);
+    // Two numbers at most: see [`super::covered`].
+    let counts = going().filter(|&block| now[block] == 0).map(|block| first[block]);
+    let counts = counts.clone().min().into_iter().chain(counts.max());
+    let mut runs: Vec<Run> = counts.map(|count| Run { first: 0, count }).collect();
+    runs.dedup();
+    runs.into_iter()
+        .chain(Run::between(from, to))
         .map(|run| {
-            let takes_part = |&block: &usize| now[block] <= run.first && then[block] >= run.end();
+            let takes_part = |&block: &usize| match run.first {
+                0 => now[block] == 0 && then[block] > 0 && run.count == first[block],
+                done => now[block].max(first[block]) <= done && then[block] >= run.end(),
+            };
             let wanted = (0..now.len()).filter(takes_part).map(regions).fold(0, |sum, bits| sum | bits);
             Step { run, splits: Splits::new(run.count), wanted }
         })

@@ -1,0 +1,99 @@
+//! Which blocks of pixels may show more than the sky, and so how many samples each begins with.
+//!
+//! In: triangles in bins ([`crate::raster::bin`]). Out: for each tile its blocks that the pixels of any triangle reach, for
+//! [`super::progressive`]. The sky changes so little in a pixel that the fewest samples are enough for it, however many all others
+//! begin with. (A table top far away, 320 pixels wide, of which nine tenths are sky, took 1.8 times the samples of a perfect
+//! allocation.)
+
+use super::kept::Blocks;
+use super::picture::Picture;
+use super::resolve::{BLOCKS, ByBlock};
+use crate::picture::BLOCK;
+use crate::sampling::runs::FIRST_RUN;
+use rayon::prelude::*;
+
+/// The blocks of a picture that may show more than the sky.
+pub(super) struct Covered {
+    /// Tile by tile.
+    blocks: Vec<Blocks>,
+    /// Tiles in a row.
+    columns: u32,
+}
+
+impl Covered {
+    pub(super) fn new(picture: &Picture<'_>) -> Self {
+        let of_tile = |tile| picture.bins.squares(picture.place(tile), BLOCK) as Blocks;
+        Self {
+            blocks: (0..picture.tiles()).into_par_iter().map(of_tile).collect(),
+            columns: picture.bins.tiles_x,
+        }
+    }
+
+    /// Tile by tile whether it has any.
+    pub(super) fn tiles(&self) -> impl Iterator<Item = bool> {
+        self.blocks.iter().map(|&blocks| blocks > 0)
+    }
+
+    /// Those of the tile in this column and row.
+    pub(super) fn of_tile(&self, (x, y): (u32, u32)) -> Blocks {
+        self.blocks[(y * self.columns + x) as usize]
+    }
+
+    /// Whether the block in this column and row is one.
+    pub(super) fn has(&self, x: u32, y: u32) -> bool {
+        is_covered(self.of_tile((x / BLOCKS, y / BLOCKS)), (y % BLOCKS * BLOCKS + x % BLOCKS) as usize)
+    }
+}
+
+/// Whether a block of a tile is one of these.
+pub(super) fn is_covered(covered: Blocks, block: usize) -> bool {
+    covered >> block & 1 == 1
+}
+
+/// How many samples the blocks of a tile begin with, where those of a picture begin with `base`.
+pub(super) fn first_samples(covered: Blocks, base: u32) -> ByBlock<u32> {
+    std::array::from_fn(|block| if is_covered(covered, block) { base } else { FIRST_RUN })
+}
+
+/// Numbers of a tile's blocks, of which each that shows nothing but the sky gives its own to those beside it that do.
+pub(super) fn moved_to_covered(covered: Blocks, mut numbers: ByBlock<f64>) -> ByBlock<f64> {
+    let side = BLOCKS as usize;
+    for block in (0..numbers.len()).filter(|&block| !is_covered(covered, block)) {
+        let number = std::mem::take(&mut numbers[block]);
+        if number == 0.0 {
+            continue;
+        }
+        let (x, y) = (block % side, block / side);
+        let beside = [
+            (x > 0).then(|| block - 1),
+            (x + 1 < side).then(|| block + 1),
+            (y > 0).then(|| block - side),
+            (y + 1 < side).then(|| block + side),
+        ];
+        let those = || beside.iter().flatten().filter(|&&other| is_covered(covered, other));
+        let count = those().count() as f64;
+        those().for_each(|&other| numbers[other] += number / count);
+    }
+    numbers
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_sky_gives_goes_to_what_lies_beside() {
+        // The second block and the last two.
+        let covered = 1 << 1 | 0b11 << 14;
+        let mut numbers = ByBlock::default();
+        (numbers[0], numbers[1], numbers[3], numbers[10], numbers[13]) = (1.0, 2.0, 4.0, 8.0, 16.0);
+        let mut wanted = ByBlock::default();
+        (wanted[1], wanted[14]) = (3.0, 24.0);
+        assert_eq!(moved_to_covered(covered, numbers), wanted);
+        assert_eq!(moved_to_covered(Blocks::MAX, numbers), numbers);
+        assert_eq!(
+            first_samples(covered, 64).map(|n| n == 64),
+            std::array::from_fn(|i| is_covered(covered, i))
+        );
+    }
+}
