@@ -106,6 +106,21 @@ fn targets_hold_where_small_lamps_are_sharp() {
 }
 
 #[test]
+fn targets_hold_where_the_rim_of_a_lamp_runs_along_rows_of_pixels() {
+    // All pixels of a row err alike there, and a few samples of each make it white.
+    let scene = room("", &rectangle([-0.3, 0.3, -0.2, 0.25], 0.0), 3.0);
+    let truth = drawn(&scene, 99, Budget::Samples(16_384));
+    for target in [0.004, 0.01] {
+        let errors: Vec<f64> = (0..20)
+            .map(|seed| gap(&drawn(&scene, seed, Budget::MaxError(target)), &truth) / target)
+            .collect();
+        println!("{target}: {errors:.2?}");
+        assert!(errors.iter().all(|&error| error < 1.2), "{target}: {errors:?}");
+        assert!(errors.iter().filter(|&&error| error > 1.0).count() <= 2, "{target}: {errors:?}");
+    }
+}
+
+#[test]
 fn what_a_target_is_said_to_reach_does_not_hang_on_the_way_there() {
     let mut scene = room("", &rectangle([-0.3, 0.3, -0.2, 0.25], 0.0), 17.0);
     scene.render.budget = Budget::MaxError(0.01);

@@ -7,7 +7,9 @@
 //! that was asked for.) What such an edge errs is known beforehand. Through a pinhole each half has one sample in each of `n / 2`
 //! slices of the pixel, so of a step of contrast `c` its mean misses `c^2 f (1 - f) / (n / 2)^2`, where the edge cuts the slice at
 //! `f`; with two halves and any `f`, `c^2 / (3 n^2)`. With a lens the samples that see it are a half-space of pixel and lens,
-//! of which scrambled nets miss about `c^2 n^(-4/3)` times a constant (Owen 1997, for three dimensions), found by measuring.
+//! of which scrambled nets miss about `c^2 n^(-4/3)` times a constant (Owen 1997, for three dimensions), found by measuring. Of a light
+//! `b` times as bright as white the edge that is shown lies where one part in `b` of the lens sees it: `b^2` times what is missed of so
+//! small a part, which is about one part in `b` of what is missed of half of the lens.
 
 use super::covered::{is_covered, moved_to_covered};
 use super::differences::{self, NUMBERS};
@@ -34,6 +36,13 @@ const ALIGNED: f32 = 0.125;
 /// each step, one that begins or ends there a quarter; rows of wider blur make up for each other.
 const PART: f32 = 0.3;
 
+/// Of lights so many times as bright as white edges hide more than those of white. (Of an edge two or three rows count, and one is
+/// where so small a part of the lens sees the light.)
+const BRIGHT: f32 = 2.5;
+
+/// No edge hides more than so many times what an edge of white does.
+const MOST_TIMES: f32 = 40.0;
+
 /// Of eight pixels beside each other so many need not see the edge.
 const OTHERS: u32 = 1;
 
@@ -46,6 +55,17 @@ struct Shown {
     channels: [[[f32; SIDE]; SIDE]; 3],
     /// Which pixels may be part of an edge across either axis: bit `y` of number `x`, and bit `x` of number `y`.
     edges: [[u32; TILE as usize]; 2],
+    /// The most light of each block, in whites, where it is [`BRIGHT`] or more.
+    peaks: ByBlock<f32>,
+}
+
+/// The edges of a tile.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Contrasts {
+    /// Block by block the sum of their squared contrasts, more where lights are brighter than white.
+    squared: ByBlock<f64>,
+    /// Some are.
+    pub are_bright: bool,
 }
 
 /// As much as so many tiles whose edges err as they may: what little has been seen tells little.
@@ -82,12 +102,12 @@ impl Picture<'_> {
         sums: &[Sum],
         (all, changed): (&ByBlock<u32>, &ByBlock<u32>),
         covered: Blocks,
-    ) -> ByBlock<f64> {
+    ) -> Contrasts {
         let size =
             [self.view.width - tx * TILE, self.view.height - ty * TILE].map(|size| size.min(TILE) as usize);
         let counts = |block: usize| is_covered(covered, block) && changed[block] > 1;
         if !(0..changed.len()).any(counts) {
-            return ByBlock::default();
+            return Contrasts::default();
         }
         let mut tile = Shown::nothing(size);
         tile.fill(self.level, sums, &all.map(|n| self.gain / n.max(1) as f32));
@@ -100,7 +120,10 @@ impl Picture<'_> {
             }
         });
         // Of an edge along the border of two blocks half is seen in either, and the sky errs nothing.
-        moved_to_covered(covered, contrasts)
+        Contrasts {
+            squared: moved_to_covered(covered, contrasts),
+            are_bright: tile.peaks.iter().any(|&peak| peak > 0.0),
+        }
     }
 
     /// The squared error that `samples` make of an edge at most, as a part of its squared contrast.
@@ -122,8 +145,8 @@ impl Picture<'_> {
     }
 
     /// As many squared errors as blocks, by their squared contrasts.
-    pub(super) fn all_missed(&self, samples: &ByBlock<u32>, contrasts: &ByBlock<f64>) -> ByBlock<f64> {
-        std::array::from_fn(|block| match contrasts[block] {
+    pub(super) fn all_missed(&self, samples: &ByBlock<u32>, contrasts: &Contrasts) -> ByBlock<f64> {
+        std::array::from_fn(|block| match contrasts.squared[block] {
             0.0 => 0.0,
             contrast => self.missed(samples[block]) * contrast,
         })
@@ -133,7 +156,12 @@ impl Picture<'_> {
 impl Shown {
     #[inline(always)]
     fn nothing(size: [usize; 2]) -> Self {
-        Self { size, channels: [[[0.0; SIDE]; SIDE]; 3], edges: [[0; TILE as usize]; 2] }
+        Self {
+            size,
+            channels: [[[0.0; SIDE]; SIDE]; 3],
+            edges: [[0; TILE as usize]; 2],
+            peaks: ByBlock::default(),
+        }
     }
 
     /// From the sums of a tile and, for each block, what they are to be multiplied by. (In place: 20 KB that went from function to
@@ -225,7 +253,16 @@ impl Shown {
                 }
             }
         }
-        sum
+        if sum > 0.0 { sum * self.times_white(block) } else { 0.0 }
+    }
+
+    /// How much more edges of a block may hide, by the lights near it.
+    fn times_white(&self, block: u32) -> f64 {
+        let around = |at: u32| at.saturating_sub(1)..=(at + 1).min(BLOCKS - 1);
+        let (columns, rows) = (around(block % BLOCKS), around(block / BLOCKS));
+        let blocks = rows.flat_map(|y| columns.clone().map(move |x| (y * BLOCKS + x) as usize));
+        let peak = blocks.fold(0.0, |peak: f32, block| peak.max(self.peaks[block]));
+        f64::from((peak / BRIGHT).clamp(1.0, MOST_TIMES))
     }
 
     /// The squared contrasts along an axis at the pixels of a block's row from column `x` of row `y` on, 0 where one is not part of
@@ -274,9 +311,19 @@ fn show<S: Simd>(simd: S, shown: &mut Shown, scales: &ByBlock<f32>) {
                 *scale = scales[y / BLOCK as usize * BLOCKS as usize + (x + lane) / BLOCK as usize];
             }
             let scale = f32x16::load_array(simd, scale);
+            let mut most = f32x16::splat(simd, 0.0);
             for channel in &mut shown.channels {
                 let row = &mut channel[y + REACH][x + REACH..x + REACH + LANES];
-                differences::shown(simd, f32x16::from_slice(simd, row) * scale).store_slice(row);
+                let light = f32x16::from_slice(simd, row) * scale;
+                most = larger(most, light);
+                differences::shown(simd, light).store_slice(row);
+            }
+            if most.simd_gt(f32x16::splat(simd, BRIGHT)).any_true() {
+                for (lane, most) in most.to_array().into_iter().enumerate() {
+                    let peak =
+                        &mut shown.peaks[y / BLOCK as usize * BLOCKS as usize + (x + lane) / BLOCK as usize];
+                    *peak = peak.max(most);
+                }
             }
         }
     }

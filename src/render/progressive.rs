@@ -56,6 +56,8 @@ pub(super) struct Progressive<'a> {
     first: Vec<f64>,
     pub edges: EdgesErr,
     pub covered: Covered,
+    /// Tiles that show light far brighter than white.
+    pub bright: Vec<bool>,
     /// Tiles of which some blocks got samples after what edges hide in the others was found.
     pub stale: Vec<bool>,
     /// What a sample takes in each tile, as its first run found: see [`allocate::cost`].
@@ -88,6 +90,7 @@ impl<'a> Progressive<'a> {
             first,
             edges: EdgesErr { share: 1.0, is_much: true },
             covered: Covered::new(picture),
+            bright: vec![false; tiles],
             stale,
             costs,
             counts,
@@ -266,7 +269,8 @@ impl<'a> Progressive<'a> {
         let (columns, rows) = self.samples.columns_and_rows();
         for (tile, drawn) in drawn.into_iter().enumerate() {
             let (Some(drawn), place) = (drawn, self.picture.place(tile)) else { continue };
-            let Drawn { tally, cost, changed, first, plain, hidden, lights } = drawn;
+            let Drawn { tally, cost, changed, first, plain, hidden, lights, is_bright } = drawn;
+            self.bright[tile] = is_bright;
             self.counts.shading_requests += tally.requests;
             self.counts.stages.add(&tally.stages);
             let is_first = self.costs[tile] == 0.0;

@@ -48,6 +48,8 @@ pub(super) struct Drawn {
     pub plain: ByBlock<f64>,
     pub hidden: ByBlock<f64>,
     pub lights: ByBlock<f64>,
+    /// Some of what it shows is far brighter than white.
+    pub is_bright: bool,
 }
 
 /// What runs came to: which blocks got how many samples, and their errors by the word of these.
@@ -181,7 +183,7 @@ impl<'a> TileRound<'a> {
         let (first, hidden) = (self.errors(&begun, &first, &hidden(&begun)), hidden(&changed));
         let lights = self.lights(&changed);
         watch.lap(&mut tally.stages.resolve);
-        Some(Drawn { tally, cost, changed, first, plain, hidden, lights })
+        Some(Drawn { tally, cost, changed, first, plain, hidden, lights, is_bright: contrasts.are_bright })
     }
 
     /// The errors of blocks with `samples`: by the word of these, and what edges and lights may hide.
