@@ -27,7 +27,7 @@ pub struct BlockSamples {
 
 impl BlockSamples {
     /// For a picture of `width` x `height` pixels, none so far; the first `base` of a pixel are drawn at once, but
-    /// [`runs::FIRST_RUN`] in tiles that show nothing but the sky.
+    /// [`runs::FIRST_RUN`] where a block shows nothing but the sky.
     pub(crate) fn new(width: u32, height: u32, base: u32) -> Self {
         let count = width.div_ceil(BLOCK) as usize * height.div_ceil(BLOCK) as usize;
         Self { width, height, base, samples: vec![0; count] }

@@ -154,7 +154,7 @@ impl Progressive<'_> {
         // As uncertain as the error of so many tiles is at least, were they all alike: twenty keep three tenths of it from the goal.
         // (Before this was foreseen they fell short by as much, and another round took a tenth to a third of the time.)
         let foreseen = allowed / (1.0 + DEVIATIONS / (count as f64).sqrt());
-        let goal = |part: f64, pilot: &Seen| Goal::Error(part * foreseen * 3.0 * pilot.pixels);
+        let goal = |part: f64, pilot: &Seen| Goal::Error(part * foreseen * 3.0 * pilot.pixels());
         let entries = self.entries_per_pixel();
         let choose = |pilot: &Seen, falling| base(pilot, goal(1.0, pilot), falling, MOST_FOR_ERROR, entries);
         let look = choose(&seen, USUAL_FALL).min(MOST_FOR_PILOT);
@@ -217,7 +217,7 @@ impl Progressive<'_> {
         // must be known all the same.
         let until = begun + (PILOT_PART * (end - begun)).max(PILOT_LEAST * again);
         let pilot = self.pilot(self.pilot_of(Pilot::for_time), execution, &|| clock() >= until)?;
-        let seen = pilot.pixels;
+        let seen = pilot.pixels();
         let took = (clock() - begun).max(1e-9);
         let left = end - clock();
         let rest = if seen > 0.0 { took * (pixels - seen) / seen } else { f64::INFINITY };

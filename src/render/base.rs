@@ -51,7 +51,7 @@ pub(super) fn base(seen: &Seen, goal: Goal, fall: f64, most: u32, entries_per_pi
         let error: f64 = all.iter().map(|block| block.error).sum();
         let work = first_work(blocks.iter().copied(), base);
         // What shows nothing but the sky has the fewest in any case.
-        let samples = f64::from(base) * pixels + f64::from(runs::FIRST_RUN) * (seen.pixels - pixels);
+        let samples = f64::from(base) * pixels + f64::from(runs::FIRST_RUN) * (seen.pixels() - pixels);
         // Samples, work and error of what comes after.
         let more = |goal: Goal| {
             let errors = errors.iter().map(|error| error * falls).collect();
@@ -94,8 +94,7 @@ mod tests {
     fn tiles(share: f64) -> Seen {
         let error = |i: usize| if (i as f64) < share * 16.0 { 1.0 } else { 0.0 };
         let block = |i: usize| Block { pixels: 64, samples: 16, error: error(i), cost: 10.0, is_sky: false };
-        let tiles = (0..4).map(|_| TileBlocks::new((0..16).map(block).collect(), 4)).collect();
-        Seen { tiles, pixels: 4096.0 }
+        Seen { tiles: (0..4).map(|_| TileBlocks::new((0..16).map(block).collect(), 4)).collect() }
     }
 
     #[test]

@@ -55,7 +55,7 @@ pub(super) fn first_samples(covered: Blocks, base: u32) -> ByBlock<u32> {
     std::array::from_fn(|block| if is_covered(covered, block) { base } else { FIRST_RUN })
 }
 
-/// Numbers of a tile's blocks, of which each that shows nothing but the sky gives its own to those beside it that do.
+/// Numbers of a tile's blocks, of which each that shows nothing but the sky gives its own to those beside it that show more.
 pub(super) fn moved_to_covered(covered: Blocks, mut numbers: ByBlock<f64>) -> ByBlock<f64> {
     let side = BLOCKS as usize;
     for block in (0..numbers.len()).filter(|&block| !is_covered(covered, block)) {

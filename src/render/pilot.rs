@@ -57,14 +57,17 @@ impl Pilot {
 /// scenes have 1.0 to 1.004; a table top 1.2 to 1.4, white rectangles from 1.1 on.)
 const MUCH: f64 = 1.03;
 
-/// What a pilot saw.
+/// The tiles that a pilot saw.
 pub(super) struct Seen {
     pub tiles: Vec<TileBlocks>,
-    /// How many pixels these have.
-    pub pixels: f64,
 }
 
 impl Seen {
+    /// How many pixels these have.
+    pub(super) fn pixels(&self) -> f64 {
+        self.tiles.iter().flat_map(TileBlocks::blocks).map(|block| f64::from(block.pixels)).sum()
+    }
+
     /// The blocks that may show more than the sky.
     pub(super) fn covered(&self) -> impl Iterator<Item = Block> {
         self.tiles.iter().flat_map(TileBlocks::blocks).filter(|block| !block.is_sky)
@@ -119,9 +122,7 @@ impl Progressive<'_> {
         let is_drawn = |tile: &TileBlocks| {
             tile.blocks().all(|block| block.samples >= if block.is_sky { FIRST_RUN } else { base })
         };
-        let tiles: Vec<TileBlocks> = tiles.iter().map(of_tile).filter(is_drawn).collect();
-        let pixels = tiles.iter().flat_map(TileBlocks::blocks).map(|block| f64::from(block.pixels)).sum();
-        let seen = Seen { tiles, pixels };
+        let seen = Seen { tiles: tiles.iter().map(of_tile).filter(is_drawn).collect() };
         let by_edges =
             self.plain.iter().zip(&self.hidden).map(|(&plain, &hidden)| self.edges.error(plain, hidden, 0.0));
         self.edges.is_much = by_edges.sum::<f64>() > MUCH * self.plain.iter().sum::<f64>();
