@@ -368,6 +368,14 @@ fn on_the_command_line() {
     std::fs::rename(folder.join("s.json"), folder.join("timed.json")).unwrap();
     run(folder, &words(&["-o", "c.png", "--replay", "timed.json"])).expect(0, &[]);
     assert!(std::fs::read(folder.join("b.png")).unwrap() == std::fs::read(folder.join("c.png")).unwrap());
+    // Less than all begin with, where there is something to see.
+    let mut fewer = found.clone();
+    let blocks = |pixels: &str| found[pixels].as_u64().unwrap().div_ceil(8);
+    fewer["allocation"] = format!("64: {}x16", blocks("width") * blocks("height")).into();
+    std::fs::write(folder.join("fewer.json"), fewer.to_string()).unwrap();
+    run(folder, &words(&["-o", "f.png", "--replay", "fewer.json"]))
+        .expect(2, &["fewer.json", "allocation", "64 samples"]);
+    assert!(!folder.join("f.png").exists());
     // From another version the same bytes are not promised.
     let old = std::fs::read_to_string(folder.join("timed.json")).unwrap();
     std::fs::write(folder.join("old.json"), old.replace(env!("CARGO_PKG_VERSION"), "0.0.1")).unwrap();

@@ -196,7 +196,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     });
     let (render_seconds, cpu_seconds) = (clock.elapsed().as_secs_f64(), stats::cpu_seconds() - cpu);
     progress.finish();
-    let (exposure, counts) = rendered.map_err(|error| error.in_file(input.name()))?;
+    let (exposure, counts) = rendered.map_err(|error| {
+        // Numbers of samples are those of the file that is replayed.
+        let replayed =
+            arguments.replay.as_ref().filter(|_| error.place().key.as_deref() == Some("allocation"));
+        error.in_file(replayed.map_or_else(|| input.name(), |path| path.display().to_string()))
+    })?;
 
     let notes = stats::notes(&scene, &exposure, counts.left_out);
     output::write_whole(&path, &read, |file| match format {

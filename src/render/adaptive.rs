@@ -98,6 +98,7 @@ impl<'a> Picture<'a> {
                 "gives less than {} samples to pixels that show more than the sky",
                 samples.base()
             ))
+            .at_key("allocation")
             .remedy("replay the numbers of a picture of this scene"));
         }
         progressive.round(&wanted, execution, &|| false)?;
