@@ -43,6 +43,11 @@ impl Covered {
     pub(super) fn has(&self, x: u32, y: u32) -> bool {
         is_covered(self.of_tile((x / BLOCKS, y / BLOCKS)), (y % BLOCKS * BLOCKS + x % BLOCKS) as usize)
     }
+
+    /// How many samples that block begins with, where those of the picture begin with `base`.
+    pub(super) fn first(&self, x: u32, y: u32, base: u32) -> u32 {
+        begins_with(self.has(x, y), base)
+    }
 }
 
 /// Whether a block of a tile is one of these.
@@ -52,7 +57,11 @@ pub(super) fn is_covered(covered: Blocks, block: usize) -> bool {
 
 /// How many samples the blocks of a tile begin with, where those of a picture begin with `base`.
 pub(super) fn first_samples(covered: Blocks, base: u32) -> ByBlock<u32> {
-    std::array::from_fn(|block| if is_covered(covered, block) { base } else { FIRST_RUN })
+    std::array::from_fn(|block| begins_with(is_covered(covered, block), base))
+}
+
+fn begins_with(is_covered: bool, base: u32) -> u32 {
+    if is_covered { base } else { FIRST_RUN }
 }
 
 /// Numbers of a tile's blocks, of which each that shows nothing but the sky gives its own to those beside it that show more.

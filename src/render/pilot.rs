@@ -9,7 +9,6 @@ use super::allocate::{self, Block, TileBlocks};
 use super::progressive::Progressive;
 use super::resolve::BLOCKS;
 use crate::error::Result;
-use crate::sampling::runs::FIRST_RUN;
 
 /// Which tiles these are.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -109,7 +108,6 @@ impl Progressive<'_> {
             (ty * BLOCKS..bottom).flat_map(move |y| (tx * BLOCKS..right).map(move |x| (x, y)))
         };
         let at = |(x, y): (u32, u32)| (y * columns + x) as usize;
-        let base = self.samples.base();
         let mut wanted = vec![0; self.errors.len()];
         let first = self.first_samples();
         tiles.iter().copied().flat_map(places).map(at).for_each(|block| wanted[block] = first[block]);
@@ -119,10 +117,9 @@ impl Progressive<'_> {
             let blocks = places(tile).map(block).collect();
             TileBlocks::new(blocks, (columns - tile.0 * BLOCKS).min(BLOCKS) as usize)
         };
-        let is_drawn = |tile: &TileBlocks| {
-            tile.blocks().all(|block| block.samples >= if block.is_sky { FIRST_RUN } else { base })
-        };
-        let seen = Seen { tiles: tiles.iter().map(of_tile).filter(is_drawn).collect() };
+        let is_drawn =
+            |tile: &&(u32, u32)| places(**tile).all(|(x, y)| self.samples.get(x, y) >= first[at((x, y))]);
+        let seen = Seen { tiles: tiles.iter().filter(is_drawn).map(of_tile).collect() };
         let by_edges =
             self.plain.iter().zip(&self.hidden).map(|(&plain, &hidden)| self.edges.error(plain, hidden, 0.0));
         self.edges.is_much = by_edges.sum::<f64>() > MUCH * self.plain.iter().sum::<f64>();

@@ -154,7 +154,7 @@ impl<'a> Progressive<'a> {
 
     /// How many samples the blocks of the picture begin with.
     pub(super) fn first_samples(&self) -> Vec<u32> {
-        self.by_block(|x, y| if self.covered.has(x, y) { self.samples.base() } else { FIRST_RUN })
+        self.by_block(|x, y| self.covered.first(x, y, self.samples.base()))
     }
 
     /// The tile that a block lies in.

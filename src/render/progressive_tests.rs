@@ -7,7 +7,7 @@ use super::picture::Sequence;
 use super::progressive::Progressive;
 use super::{Execution, draw};
 use crate::error::Result;
-use crate::picture::{Allocation, BLOCK};
+use crate::picture::{Allocation, BLOCK, Exposure};
 use crate::scene::{LoadSettings, Memory, Scene, parse};
 use std::path::Path;
 
@@ -43,14 +43,14 @@ fn what_shows_more_than_the_sky_is_known_beforehand() -> Result<()> {
     let blurred = "v -0.08 -0.06 0.4\nv 0.05 -0.06 0.45\nv -0.05 0.05 0.42\nf 1 2 3\n";
     // Behind the camera.
     let empty = scene("v -1 0 9\nv 1 0 9\nv 0 1 9\nf 1 2 3\n")?;
-    let sky = draw(&empty, Sequence::Uniform(64), &execution, |picture, counts| {
-        picture.uniform(64, &execution, counts)
-    })?;
+    let uniform = |scene: &Scene| -> Result<Exposure> {
+        let sequence = Sequence::Uniform(64);
+        Ok(draw(scene, sequence, &execution, |picture, counts| picture.uniform(64, &execution, counts))?.0)
+    };
+    let sky = uniform(&empty)?;
     for mesh in [sharp, blurred] {
         let scene = scene(mesh)?;
-        let (found, _) = draw(&scene, Sequence::Uniform(64), &execution, |picture, counts| {
-            picture.uniform(64, &execution, counts)
-        })?;
+        let found = uniform(&scene)?;
         let places = || (0..found.height()).flat_map(|y| (0..found.width()).map(move |x| (x, y)));
         let covered = draw(&scene, Sequence::Runs, &execution, |picture, _| {
             let covered = Covered::new(picture);
@@ -58,11 +58,7 @@ fn what_shows_more_than_the_sky_is_known_beforehand() -> Result<()> {
         })?;
         // Where there is nothing to see there is no defocus either, which changes the sky by 1e-4.
         let shows_more = |(x, y): (u32, u32)| {
-            found
-                .pixel(x, y)
-                .into_iter()
-                .zip(sky.0.pixel(x, y))
-                .any(|(found, sky)| (found - sky).abs() > 1e-3)
+            found.pixel(x, y).into_iter().zip(sky.pixel(x, y)).any(|(found, sky)| (found - sky).abs() > 1e-3)
         };
         assert!(places().zip(&covered).all(|(place, &covered)| covered || !shows_more(place)));
         let [shown, reached] =
