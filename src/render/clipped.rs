@@ -16,7 +16,7 @@
 //! target were wrong by up to five times as much as was asked for.
 
 use glam::{DVec3, Vec3};
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// What half of the samples of a pixel near by show, at least: else there is nothing to clip.
 pub(super) const BRIGHT: f32 = 1.5;
@@ -183,10 +183,11 @@ pub(super) fn expected_error(n: u32, share: f64, mean: f64, room: f64) -> f64 {
         return 0.0;
     }
     let wanted = mean.min(room);
-    let (mut chance, mut sum) = (libm::exp(f64::from(n) * libm::log1p(-share)), 0.0);
+    let counts = likely_hits(n, share);
+    let (mut chance, mut sum) = (chance_of(*counts.start(), n, share), 0.0);
     // From so many on the pixel is full, which has what is left of the chances.
     let mut left = 1.0;
-    for k in 0..=n {
+    for k in counts {
         let shown = mean * f64::from(k) / hits;
         if shown >= room || left < 1e-12 {
             break;
@@ -196,6 +197,27 @@ pub(super) fn expected_error(n: u32, share: f64, mean: f64, room: f64) -> f64 {
         chance *= f64::from(n - k) / f64::from(k + 1) * share / (1.0 - share);
     }
     sum + left.max(0.0) * (room - wanted) * (room - wanted)
+}
+
+/// How many of `n` samples may meet what each meets with the chance `share`: where the chance that none does is too small for a
+/// number, within ten standard deviations of their mean.
+fn likely_hits(n: u32, share: f64) -> RangeInclusive<u32> {
+    if f64::from(n) * libm::log1p(-share) > -700.0 {
+        return 0..=n;
+    }
+    let hits = f64::from(n) * share;
+    let reach = 10.0 * (hits * (1.0 - share)).sqrt() + 10.0;
+    (hits - reach).max(0.0) as u32..=(hits + reach).min(f64::from(n)) as u32
+}
+
+/// The chance that `k` of `n` samples meet what each meets with the chance `share`, between 0 and 1.
+fn chance_of(k: u32, n: u32, share: f64) -> f64 {
+    let none = f64::from(n - k) * libm::log1p(-share);
+    if k == 0 {
+        return libm::exp(none);
+    }
+    let ways = |n: u32| libm::lgamma(f64::from(n) + 1.0);
+    libm::exp(ways(n) - ways(k) - ways(n - k) + f64::from(k) * libm::log(share) + none)
 }
 
 /// The mean squared error of a pixel of `n` samples, none of which meets a `light` that covers a part of it, any part as likely as any
@@ -338,5 +360,31 @@ mod tests {
         assert!((expected_error(1, 1e-6, 50.0, 0.5) - 0.25).abs() < 1e-5);
         // What every sample meets is right.
         assert_eq!(expected_error(4, 1.0, 50.0, 1.0), 0.0);
+    }
+
+    #[test]
+    fn chance_errs_as_the_sum_over_all_counts_says() {
+        let mut numbers = Random(3);
+        let mut random = || (numbers.bits() >> 11) as f64 / (1_u64 << 53) as f64;
+        let known = [(1024, 0.6, 0.9), (16_384, 0.1, 0.5), (100, 0.9995, 0.98), (1 << 20, 1e-3, 0.999)];
+        let others = (0..300).map(|_| (1 << (random() * 14.0) as u32, random(), 2.0 * random()));
+        for (n, share, mean) in known.into_iter().chain(others.collect::<Vec<_>>()) {
+            let (n_f, hits) = (f64::from(n), f64::from(n) * share);
+            // Chances as parts of the largest, from it to both sides, which never are too small for a number.
+            let mode = ((n_f + 1.0) * share).floor().min(n_f) as u32;
+            let gap = |k: u32| (mean * f64::from(k) / hits).min(1.0) - mean.min(1.0);
+            let (mut all, mut sum) = (1.0, gap(mode) * gap(mode));
+            let (mut up, mut down) = (1.0, 1.0);
+            for k in mode..n {
+                up *= f64::from(n - k) / f64::from(k + 1) * share / (1.0 - share);
+                (all, sum) = (all + up, sum + up * gap(k + 1) * gap(k + 1));
+            }
+            for k in (1..=mode).rev() {
+                down *= f64::from(k) / f64::from(n - k + 1) * (1.0 - share) / share;
+                (all, sum) = (all + down, sum + down * gap(k - 1) * gap(k - 1));
+            }
+            let (found, wanted) = (expected_error(n, share, mean, 1.0), sum / all);
+            assert!((found - wanted).abs() < 1e-6 * wanted + 1e-12, "{n} {share} {mean}: {found} {wanted}");
+        }
     }
 }
