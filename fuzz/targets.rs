@@ -128,7 +128,7 @@ pub fn texture(data: &[u8]) {
         .with(&name, data.to_vec());
     let Some(model) = load(files) else { return };
     for texture in [&model.materials[0].diffuse_map, &model.materials[0].opacity_map].into_iter().flatten() {
-        for level in &texture.levels {
+        for level in texture.levels.iter() {
             assert_eq!(level.texels.len() as u64, u64::from(level.width) * u64::from(level.height));
         }
         assert!(texture.levels.last().is_some_and(|level| level.width * level.height == 1));

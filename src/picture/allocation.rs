@@ -1,7 +1,7 @@
 //! How many samples each part of a picture had: enough to make the picture again.
 
 use crate::error::{Error, Result};
-use crate::sampling::runs;
+use crate::sampling::runs::{self, Run};
 
 /// Pixels on the side of a block, the unit in which samples are given out.
 pub const BLOCK: u32 = 8;
@@ -58,6 +58,12 @@ impl BlockSamples {
     /// How many samples are drawn at once first.
     pub(crate) fn base(&self) -> u32 {
         self.base
+    }
+
+    /// The longest run of samples that leads to these.
+    pub(crate) fn longest_run(&self) -> u32 {
+        let most = self.samples.iter().copied().max().unwrap_or(0);
+        Run::between(self.base, most).map(|run| run.count).fold(self.base, u32::max)
     }
 
     /// Picture width and height in pixels.
@@ -171,6 +177,8 @@ mod tests {
         let text = blocks.to_text();
         assert_eq!(text, "16: 2x16 1x32 2x1024 1x192");
         assert_eq!(BlockSamples::from_text(20, 9, &text).unwrap(), blocks);
+        // From 768 to 1024.
+        assert_eq!(blocks.longest_run(), 256);
         // 8 x 8 pixels and 4 x 8 in the first row, 1 pixel high in the second.
         let mean = (64 * 16 + 64 * 16 + 32 * 32 + 8 * 1024 + 8 * 1024 + 4 * 192) as f64 / 180.0;
         assert!((Allocation::Blocks(blocks).mean() - mean).abs() < 1e-12);

@@ -8,7 +8,7 @@
 //!
 //! What a block shows depends on its number of samples alone, so a list of these numbers makes the picture again.
 
-use super::allocate::{self, Block, Forecast, Goal, USUAL_FALL, allocate, fall};
+use super::allocate::{Block, Forecast, Goal, USUAL_FALL, allocate, fall};
 use super::base::{LATER, base, first_work};
 use super::picture::Picture;
 use super::pilot::{self, Pilot, Seen};
@@ -229,7 +229,8 @@ impl Progressive<'_> {
         // Of a larger first run more samples are drawn in a time; what is left over goes into rounds.
         let goal =
             Goal::Work(FIRST_PART * left / took * first_work(pilot.covered(), FIRST_RUN) * seen / pixels);
-        let base = base(&pilot, goal, USUAL_FALL, allocate::MOST_FOR_TIME, entries);
+        let most = self.picture.longest_run;
+        let base = base(&pilot, goal, USUAL_FALL, most, entries);
         let begun = clock();
         self.clear(base);
         self.round(&self.first_samples(), execution, &|| false)?;
@@ -245,7 +246,7 @@ impl Progressive<'_> {
             }
             let blocks = self.blocks();
             let goal = Goal::Work(share * left * rate);
-            let wanted = allocate(&blocks, columns, goal, USUAL_FALL, allocate::MOST_FOR_TIME);
+            let wanted = allocate(&blocks, columns, goal, USUAL_FALL, most);
             let more = |(wanted, block): (&u32, &Block)| block.work(wanted - block.samples);
             let planned: f64 = wanted.iter().zip(&blocks).map(more).sum();
             if planned == 0.0 {

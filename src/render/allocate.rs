@@ -18,9 +18,6 @@ pub(super) const USUAL_FALL: f64 = 1.5;
 /// A block gets at most so many times what it has in one round: what so few samples say of the error is uncertain.
 const MOST_GROWTH: u32 = 8;
 
-/// The most samples of a pixel within a time.
-pub(super) const MOST_FOR_TIME: u32 = runs::MOST_SAMPLES;
-
 /// What is known of one block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Block {

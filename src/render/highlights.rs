@@ -18,7 +18,7 @@ use crate::picture::BLOCK;
 use crate::raster::bounds::Frustum;
 use crate::raster::view::View;
 use crate::sampling::ApertureShape;
-use crate::scene::Scene;
+use crate::scene::{Material, Scene, Surfaces};
 use crate::shade::Sight;
 use fearless_simd::Level;
 use glam::{DVec2, DVec3, Vec3};
@@ -73,7 +73,7 @@ impl Highlights {
     /// `positions` are those of the surfaces, in the lens frame. Diffraction spreads light over `disks`. A pixel has
     /// `samples` at least. What stands before a light that few samples meet keeps its part away.
     pub(super) fn new(
-        scene: &Scene,
+        (scene, materials): (&Scene, &[Material]),
         (view, shape): (&View, &ApertureShape),
         positions: &[DVec3],
         (samples, gain): (u32, f32),
@@ -82,7 +82,7 @@ impl Highlights {
     ) -> Self {
         let surfaces = &scene.surfaces;
         let (columns, rows) = (view.width.div_ceil(BLOCK) as usize, view.height.div_ceil(BLOCK) as usize);
-        let shown: Vec<Vec3> = brightness(scene).into_iter().map(|light| light * gain).collect();
+        let shown: Vec<Vec3> = brightness(scene, materials).into_iter().map(|light| light * gain).collect();
         let light_of = |t: usize| shown[surfaces.attributes[t].material as usize];
         let is_bright = |t: &usize| light_of(*t).max_element() >= BRIGHT;
         // One sample has no error stated.
@@ -115,9 +115,10 @@ impl Highlights {
             };
             disks.iter().any(of_disk)
         };
-        let free = free(level, scene, (view, shape), positions, (&small, is_rare));
+        let meshes = (&scene.surfaces, materials);
+        let free = free(level, meshes, (view, shape), positions, (&small, is_rare));
         let lamps = lamps(&small, &free, |t| {
-            let own = f64::from(surfaces.materials[surfaces.attributes[t].material as usize].coverage);
+            let own = f64::from(materials[surfaces.attributes[t].material as usize].coverage);
             (surfaces.attributes[t].material, own)
         });
         let of_disk = |disk: &Disk| {
@@ -321,7 +322,7 @@ impl Picture<'_> {
 /// that it would take longer than the picture.
 fn free(
     level: Level,
-    scene: &Scene,
+    shown: (&Surfaces, &[Material]),
     (view, shape): (&View, &ApertureShape),
     positions: &[DVec3],
     (small, is_rare): (&[Small], impl Fn(&Small) -> bool + Sync),
@@ -330,19 +331,17 @@ fn free(
     if rare == 0 || rare > MOST_RARE {
         return vec![1.0; small.len()];
     }
-    let sight = Sight::new(&scene.surfaces, positions, view, shape);
+    let sight = Sight::new(shown, positions, view, shape);
     let of = |light: &Small| if is_rare(light) { sight.free(level, light.triangle as u32) } else { 1.0 };
     small.par_iter().map(of).collect()
 }
 
 /// The most light that comes from each material: its own, and what of sun and sky it gives back.
-fn brightness(scene: &Scene) -> Vec<Vec3> {
+fn brightness(scene: &Scene, materials: &[Material]) -> Vec<Vec3> {
     let sun = scene.sun.as_ref().map_or(Vec3::ZERO, |sun| sun.color.as_vec3());
     let light = scene.sky.ambient.as_vec3() + sun;
-    let of = |material: &crate::scene::Material| {
-        Vec3::from(material.emission) + Vec3::from(material.diffuse) * light
-    };
-    scene.surfaces.materials.iter().map(of).collect()
+    let of = |material: &Material| Vec3::from(material.emission) + Vec3::from(material.diffuse) * light;
+    materials.iter().map(of).collect()
 }
 
 /// Where a point is seen through the centre of the lens.

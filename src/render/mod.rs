@@ -54,15 +54,17 @@ use stages::Stopwatch;
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::picture::{Allocation, Exposure};
-use crate::scene::{Budget, EffectName, EffectSet, Scene};
+use crate::sampling::runs::FIRST_RUN;
+use crate::scene::{Budget, EffectName, EffectSet, Material, Scene};
 pub use crate::simd::SimdLevel;
 use crate::threads::on_threads;
+use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How a picture is made; none of it changes a pixel.
 #[derive(Clone, Copy, Default)]
 pub struct Execution<'a> {
-    /// Worker threads; `None` for as many as the machine has.
+    /// Worker threads; `None` for as many as the machine has. Where `rayon` runs already it is its threads that work.
     pub threads: Option<usize>,
     /// Most memory that drawing may take besides the scene, in bytes; `None` for no limit.
     pub memory: Option<u64>,
@@ -70,7 +72,8 @@ pub struct Execution<'a> {
     pub simd: Option<SimdLevel>,
     /// Set to stop: [`render`] then returns [`ErrorKind::Cancelled`] within a fraction of a tile's time.
     pub cancel: Option<&'a AtomicBool>,
-    /// Called from worker threads with the number of tiles done and of all.
+    /// Called from worker threads with the number of tiles done and of all; for an error or a time again from the first with
+    /// each round.
     pub progress: Option<&'a (dyn Fn(usize, usize) + Sync)>,
     /// Seconds from any start: the library has no clock of its own. With one, [`Counts::stages`] is measured; a
     /// [`Budget::Seconds`] needs one.
@@ -105,17 +108,20 @@ pub struct Counts {
 /// with any number of threads; with a time, [`replay`] with the exposure's [`samples`](Exposure::samples) gives them.
 ///
 /// # Errors
-/// [`ErrorKind::Invalid`] when the film reaches the aperture, or light would be bent to where it does; [`ErrorKind::TooLarge`] when picture and
-/// geometry would not fit, [`ErrorKind::Cancelled`] when stopped.
+/// [`ErrorKind::Invalid`] when the film reaches the aperture, or light would be bent to where it does, when a time is asked for and there
+/// is no clock, and when the machine lacks the SIMD level; [`ErrorKind::TooLarge`] when picture and geometry would not fit, or threads
+/// cannot be started; [`ErrorKind::Cancelled`] when stopped.
 pub fn render(scene: &Scene, execution: Execution<'_>) -> Result<(Exposure, Counts)> {
     let start = execution.clock.map_or(0.0, |clock| clock());
     match scene.render.budget {
         Budget::Samples(samples) => draw(scene, Sequence::Uniform(samples), &execution, |picture, counts| {
             picture.uniform(samples, &execution, counts)
         }),
-        Budget::MaxError(error) => draw(scene, Sequence::Runs, &execution, |picture, counts| {
-            picture.until_error(error, &execution, counts)
-        }),
+        Budget::MaxError(error) => {
+            draw(scene, Sequence::Runs(MOST_FOR_ERROR), &execution, |picture, counts| {
+                picture.until_error(error, &execution, counts)
+            })
+        }
         Budget::Seconds(_) if execution.clock.is_none() => {
             Err(Error::invalid("a time was asked for, and there is no clock")
                 .at_key("render.time_budget_s")
@@ -123,7 +129,8 @@ pub fn render(scene: &Scene, execution: Execution<'_>) -> Result<(Exposure, Coun
         }
         Budget::Seconds(seconds) => {
             let times = (start, start + seconds);
-            let timed = draw(scene, Sequence::Runs, &execution, |picture, counts| {
+            // More where there is memory for it.
+            let timed = draw(scene, Sequence::Runs(FIRST_RUN), &execution, |picture, counts| {
                 picture.until_clock(times, &execution, counts)
             })?;
             match timed {
@@ -134,10 +141,12 @@ pub fn render(scene: &Scene, execution: Execution<'_>) -> Result<(Exposure, Coun
     }
 }
 
-/// Renders `scene` with the numbers of samples of another picture of it, whose bytes then come out again.
+/// Renders `scene` with the numbers of samples of another picture of it, whose bytes then come out again. Its [`Budget`] is to be that
+/// of the other: by it the [plan](crate::plan::RenderPlan) leaves out what is too small to be seen.
 ///
 /// # Errors
-/// As [`render`]; [`ErrorKind::Invalid`] when the numbers are for a picture of another size.
+/// As [`render`]; [`ErrorKind::Invalid`] when the numbers are for a picture of another size, or fewer than a picture of this scene
+/// begins with.
 pub fn replay(scene: &Scene, samples: &Allocation, execution: Execution<'_>) -> Result<(Exposure, Counts)> {
     match samples {
         Allocation::Uniform(samples) => {
@@ -153,7 +162,7 @@ pub fn replay(scene: &Scene, samples: &Allocation, execution: Execution<'_>) -> 
                     scene.render.width, scene.render.height
                 )));
             }
-            draw(scene, Sequence::Runs, &execution, |picture, counts| {
+            draw(scene, Sequence::Runs(blocks.longest_run()), &execution, |picture, counts| {
                 picture.allocated(blocks, &execution, counts)
             })
         }
@@ -167,14 +176,7 @@ fn draw<T: Send>(
     execution: &Execution<'_>,
     make: impl FnOnce(&Picture<'_>, Counts) -> Result<T> + Send,
 ) -> Result<T> {
-    let stripped;
-    let scene = match without_materials(scene) {
-        Some(scene) => {
-            stripped = scene;
-            &stripped
-        }
-        None => scene,
-    };
+    let materials = materials(scene);
     let optics = &scene.optics;
     if optics.film_reaches_aperture() {
         return Err(Error::invalid(
@@ -194,30 +196,30 @@ fn draw<T: Send>(
         let watch = Stopwatch::start(execution.clock);
         let positions = picture::positions(scene);
         let cancel = execution.cancel;
-        let mut picture =
-            Picture::new(scene, &positions, sequence, simd.level(), cancel, watch, &mut counts.stages)?;
+        let (level, stages) = (simd.level(), &mut counts.stages);
+        let shown = (scene, &materials[..]);
+        let mut picture = Picture::new(shown, &positions, sequence, level, cancel, watch, stages)?;
         if picture.stopped() {
             return Err(stopped());
         }
-        room.check_tiles(&picture.bins)?;
+        picture.longest_run = room.check_tiles(&picture.bins)?;
         (picture.alone, picture.drawn) = picture.shows_sharing(sequence, execution, &mut counts.stages);
         make(&picture, counts)
     })?
 }
 
-/// The scene with materials that lack what the user wants left out; `None` where that is nothing.
-fn without_materials(scene: &Scene) -> Option<Scene> {
+/// The materials of a scene without what the user wants left out.
+fn materials(scene: &Scene) -> Cow<'_, [Material]> {
     let without = scene.render.effects.without;
     let [textures, holes, coverage] =
         [EffectName::Textures, EffectName::Holes, EffectName::Coverage].map(|effect| without.has(effect));
-    if !(textures || holes || coverage) {
-        return None;
+    let mut materials = Cow::Borrowed(&scene.surfaces.materials[..]);
+    if textures || holes || coverage {
+        for material in materials.to_mut() {
+            material.leave_out(textures, holes, coverage);
+        }
     }
-    let mut scene = scene.clone();
-    for material in &mut scene.surfaces.materials {
-        material.leave_out(textures, holes, coverage);
-    }
-    Some(scene)
+    materials
 }
 
 fn cancelled(execution: &Execution<'_>) -> bool {
@@ -242,6 +244,7 @@ fn done(
     counts: Counts,
 ) -> (Exposure, Counts) {
     let (width, height) = (picture.view.width, picture.view.height);
+    let errors = if rms.is_some() { errors } else { Vec::new() };
     let counts = Counts {
         triangles: picture.surfaces.triangles.len(),
         surfaces: picture.surface_count,

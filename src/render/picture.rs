@@ -36,8 +36,8 @@ const _: () = assert!(sampling::GRID == TILE);
 pub(super) enum Sequence {
     /// Exactly this many of each pixel, sorted all together.
     Uniform(u32),
-    /// Runs of [`sampling::runs`], each sorted by itself, so that any of them may be the last.
-    Runs,
+    /// Runs of [`sampling::runs`], each sorted by itself, so that any of them may be the last; none longer than this.
+    Runs(u32),
 }
 
 /// The number of the surface that a triangle is part of, and the triangle that stands for it; where surfaces are not
@@ -49,6 +49,8 @@ pub(super) fn patch(surfaces: &Surfaces, alike: bool, triangle: u32) -> (u32, u3
 /// Everything that all tiles share.
 pub(super) struct Picture<'a> {
     pub(super) surfaces: &'a Surfaces,
+    /// Its materials, without what is to be left out of them.
+    pub(super) materials: &'a [Material],
     pub(super) points: Points,
     /// Brightening of the shown picture.
     pub(super) gain: f32,
@@ -56,6 +58,8 @@ pub(super) struct Picture<'a> {
     pub(super) shared: bool,
     /// Each looks into textures by itself all the same ([`super::sharing`]).
     pub(super) alone: bool,
+    /// The longest run of samples that there is memory for.
+    pub(super) longest_run: u32,
     /// Tiles that were drawn to find out.
     pub(super) drawn: Vec<Asked>,
     /// Surfaces are patches, not triangles.
@@ -95,12 +99,12 @@ pub(super) fn positions(scene: &Scene) -> Vec<DVec3> {
 }
 
 impl<'a> Picture<'a> {
-    /// `positions` are those of the vertices in the lens frame.
+    /// `positions` are those of the vertices in the lens frame, `materials` those that are shown.
     ///
     /// # Errors
     /// [`crate::error::ErrorKind::Invalid`] where diffraction would spread light to where the film meets the lens's plane.
     pub(super) fn new(
-        scene: &'a Scene,
+        (scene, materials): (&'a Scene, &'a [Material]),
         positions: &'a [DVec3],
         sequence: Sequence,
         level: Level,
@@ -126,7 +130,7 @@ impl<'a> Picture<'a> {
                 let steps = Splits::steps(samples, has_diffraction);
                 (samples, if let [(_, splits)] = steps[..] { splits } else { Splits::new(samples) })
             }
-            Sequence::Runs => (runs::FIRST_RUN, Splits::new(runs::FIRST_RUN)),
+            Sequence::Runs(_) => (runs::FIRST_RUN, Splits::new(runs::FIRST_RUN)),
         };
         let mut cells = splits.lens_cells(&shape, view.radius);
         let diffraction = has_diffraction.then(|| FilmDiffraction::new(optics, &shape, &view, seed, streams));
@@ -145,7 +149,7 @@ impl<'a> Picture<'a> {
         });
         // Places on a surface must be exact for its shadows: patches that are not flat do not do.
         let alike = scene.render.share_shading && (sun.is_none() || surfaces.patches.are_flat());
-        let cutout: Vec<bool> = surfaces.materials.iter().map(Material::is_cutout).collect();
+        let cutout: Vec<bool> = materials.iter().map(Material::is_cutout).collect();
         let clusters: Vec<Cluster> = surfaces
             .clusters
             .0
@@ -166,22 +170,26 @@ impl<'a> Picture<'a> {
         };
         let bins = Bins::new(level, &view, &cells, positions, &triangles, &stop);
         watch.lap(&mut stages.bin);
-        let shadows = sun.and_then(|sun| ShadowSun::new(surfaces, positions, &sun, |v| frame.vector(v)));
+        let shown = (surfaces, materials);
+        let shadows = sun.and_then(|sun| ShadowSun::new(shown, positions, &sun, |v| frame.vector(v)));
         // Below 16 samples a pixel hardly any would share, and displaced ones lie too far from each other.
         let shared = scene.render.share_shading && streams >= 16 && diffraction.is_none();
-        let shader = Shader::new(surfaces, scene.sun.as_ref(), &scene.sky, scene.up, |v| frame.vector(v));
+        let shader = Shader::new(shown, scene.sun.as_ref(), &scene.sky, scene.up, |v| frame.vector(v));
         let falloff = active.has(EffectName::Falloff).then(|| frame.falloff());
         let gain = libm::exp2(scene.render.exposure_ev) as f32;
         let disks = diffraction.as_ref().map(|diffraction| diffraction.disks(&view));
         let disks = disks.as_ref().map_or(&ONE_PLACE[..], |disks| &disks[..]);
-        let highlights = Highlights::new(scene, (&view, &shape), positions, (streams, gain), disks, level);
+        let (lens, shown) = ((&view, &shape), (scene, materials));
+        let highlights = Highlights::new(shown, lens, positions, (streams, gain), disks, level);
         watch.lap(&mut stages.prepare);
         Ok(Self {
             surfaces,
+            materials,
             points: Points { set: scene.render.points, shape, seed },
             gain,
             shared,
             alone: false,
+            longest_run: 0,
             drawn: Vec::new(),
             alike,
             left_out,

@@ -52,7 +52,7 @@ fn what_shows_more_than_the_sky_is_known_beforehand() -> Result<()> {
         let scene = scene(mesh)?;
         let found = uniform(&scene)?;
         let places = || (0..found.height()).flat_map(|y| (0..found.width()).map(move |x| (x, y)));
-        let covered = draw(&scene, Sequence::Runs, &execution, |picture, _| {
+        let covered = draw(&scene, Sequence::Runs(64), &execution, |picture, _| {
             let covered = Covered::new(picture);
             Ok(places().map(|(x, y)| covered.has(x / BLOCK, y / BLOCK)).collect::<Vec<_>>())
         })?;
@@ -73,7 +73,7 @@ fn what_shows_more_than_the_sky_is_known_beforehand() -> Result<()> {
 fn blocks_that_go_on_after_all_are_as_if_drawn_at_once() -> Result<()> {
     let scene = scene(THREE)?;
     let execution = Execution::default();
-    let pictures = draw(&scene, Sequence::Runs, &execution, |picture, counts| {
+    let pictures = draw(&scene, Sequence::Runs(64), &execution, |picture, counts| {
         // Goes on nowhere.
         let tile =
             TileBlocks::new(vec![Block { pixels: 64, samples: 16, error: 1.0, cost: 1.0, is_sky: false }], 1);

@@ -6,6 +6,7 @@ use crate::error::{Error, ErrorKind, Result, memory};
 use crate::raster::TILE;
 use crate::raster::bin::{Bins, MOST_SURFACES};
 use crate::sampling::Diffraction;
+use crate::sampling::runs::{FIRST_RUN, MOST_SAMPLES};
 use crate::scene::Scene;
 
 /// Bytes for each triangle: whether it is cut out, its place in the order, its box where it crosses the frustum, and the
@@ -18,6 +19,9 @@ const SETUP: u64 = 2 * 600;
 
 /// The same where most are far out of focus: of these a tile lists those that it sees, with a bit for each lens point.
 const LISTED: u64 = 2 * (12 + LISTED_UP_TO as u64 / 8);
+
+/// Bytes for each sample of a run, a thread: where it lies, and sorted into batches.
+const SAMPLE: u64 = 160;
 
 /// With more samples than these they may be set up like others.
 const LISTED_UP_TO: u32 = 512;
@@ -54,7 +58,7 @@ impl Room {
         // The exposure, with the sums of a picture that comes in rounds.
         let (pixel, samples) = match sequence {
             Sequence::Uniform(samples) => (12, samples),
-            Sequence::Runs => (26, 1024),
+            Sequence::Runs(longest) => (26, longest),
         };
         let pixel = pixel + if execution.error_map { 4 } else { 0 };
         // Corners and boxes in the sun's frame.
@@ -67,7 +71,7 @@ impl Room {
             + count(vertices) * (24 + 8 * CELLS)
             + count(triangles) * TRIANGLE;
         // Where it met each surface, the samples of a pixel, sorted, and what a tile shows, with its groups.
-        let each = count(triangles) * 8 + u64::from(samples) * 160 + (3 << 20);
+        let each = count(triangles) * 8 + u64::from(samples) * SAMPLE + (3 << 20);
         let (need, most) = (shared + threads * each, execution.memory.unwrap_or(u64::MAX));
         if need > most {
             let (width, height) = (scene.render.width, scene.render.height);
@@ -83,11 +87,11 @@ impl Room {
         Ok(Self { left: most - need, threads, loose })
     }
 
-    /// Asks for what the threads need to set up their tiles.
+    /// Asks for what the threads need to set up their tiles; tells how many samples of a run, a power of two, there is room for then.
     ///
     /// # Errors
     /// [`ErrorKind::TooLarge`] when the fullest are too full.
-    pub(super) fn check_tiles(&self, bins: &Bins) -> Result<()> {
+    pub(super) fn check_tiles(&self, bins: &Bins) -> Result<u32> {
         let each = (bins.fullest() as u64).saturating_mul(SETUP);
         let loose = (bins.loose() as u64).saturating_mul(self.loose);
         let need = each.saturating_add(loose).saturating_mul(self.threads);
@@ -100,6 +104,26 @@ impl Room {
             return Err(Error::new(ErrorKind::TooLarge, message)
                 .remedy("thin out the meshes, ask for fewer --threads, or allow more memory"));
         }
-        Ok(())
+        Ok(longest_run((self.left - need) / self.threads.max(1)))
+    }
+}
+
+/// How many samples, a power of two, of a run fit into so many bytes; those of a first run are asked for before.
+fn longest_run(bytes: u64) -> u32 {
+    1 << (bytes / SAMPLE).clamp(FIRST_RUN.into(), MOST_SAMPLES.into()).ilog2()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_are_as_long_as_there_is_memory_for() {
+        assert_eq!(longest_run(0), FIRST_RUN);
+        assert_eq!(longest_run(u64::MAX), MOST_SAMPLES);
+        for bytes in [5000, 1 << 20, 100_000_000] {
+            let samples = u64::from(longest_run(bytes));
+            assert!(samples.is_power_of_two() && samples * SAMPLE <= bytes && bytes < 2 * samples * SAMPLE);
+        }
     }
 }

@@ -50,7 +50,7 @@ impl Picture<'_> {
         execution: &Execution<'_>,
         stages: &mut Stages,
     ) -> (bool, Vec<Asked>) {
-        let mut maps = self.surfaces.materials.iter().filter_map(|material| material.diffuse_map.as_ref());
+        let mut maps = self.materials.iter().filter_map(|material| material.diffuse_map.as_ref());
         if !self.shared || maps.all(|map| map.smooth.is_empty()) {
             return (false, Vec::new());
         }
@@ -58,7 +58,7 @@ impl Picture<'_> {
             Sequence::Uniform(samples) => {
                 (samples, EVERYWHERE, Splits::steps(samples, self.diffraction.is_some()), TIMES)
             }
-            Sequence::Runs => {
+            Sequence::Runs(_) => {
                 let first = Run { first: 0, count: FIRST_RUN };
                 (FIRST_RUN, SOME, vec![(first, Splits::new(FIRST_RUN))], TIMES_IN_RUNS)
             }

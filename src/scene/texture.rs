@@ -7,7 +7,7 @@ use std::cell::Cell;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use rayon::prelude::*;
@@ -47,11 +47,11 @@ pub struct Level {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texture {
     /// From full resolution down to one texel.
-    pub levels: Vec<Level>,
+    pub levels: Arc<[Level]>,
     /// Some texel of level 0 has an opacity below one half.
     pub has_holes: bool,
     /// Where level 0 is smooth.
-    pub(crate) smooth: Smooth,
+    pub(crate) smooth: Arc<Smooth>,
     /// Where each level's holes end; none where there are none.
     pub(crate) outlines: Vec<Outline>,
 }
@@ -70,7 +70,7 @@ impl Texture {
             levels.push(next);
         }
         let outlines = if has_holes { levels.iter().map(Outline::of).collect() } else { Vec::new() };
-        Some(Self { levels, has_holes, smooth, outlines })
+        Some(Self { levels: levels.into(), has_holes, smooth: Arc::new(smooth), outlines })
     }
 
     /// The mean colour: its last level.
@@ -79,13 +79,10 @@ impl Texture {
         [0, 1, 2].map(|i| f32::from(texel[i]) / 65535.0)
     }
 
-    /// The same with all of it opaque.
+    /// The same with all of it opaque, whatever its texels say; no copy of these.
     pub(crate) fn without_holes(&self) -> Self {
-        let mut levels = self.levels.clone();
-        for texel in levels.iter_mut().flat_map(|level| &mut level.texels) {
-            texel[3] = u16::MAX;
-        }
-        Self { levels, has_holes: false, smooth: self.smooth.clone(), outlines: Vec::new() }
+        let (levels, smooth) = (Arc::clone(&self.levels), Arc::clone(&self.smooth));
+        Self { levels, has_holes: false, smooth, outlines: Vec::new() }
     }
 
     /// Bytes of memory that it takes.
@@ -302,6 +299,12 @@ mod tests {
             decode(&picture, Path::new("a"), Use::Diffuse).expect("decodes")
         };
         assert!(texture(127).has_holes && !texture(128).has_holes);
+        // No second copy of what may take hundreds of megabytes.
+        let holed = texture(127);
+        let filled = holed.without_holes();
+        assert!(
+            !filled.has_holes && filled.outlines.is_empty() && Arc::ptr_eq(&filled.levels, &holed.levels)
+        );
         let sizes: Vec<_> = texture(0).levels.iter().map(|l| (l.width, l.height)).collect();
         assert_eq!(sizes, [(5, 3), (2, 1), (1, 1)]);
     }

@@ -32,7 +32,7 @@ impl Shader<'_> {
         corner: impl Fn(u16) -> Vec2,
         key: impl Fn(u16, usize) -> u64,
     ) {
-        let material = &self.surfaces.materials[look.material as usize];
+        let material = &self.materials[look.material as usize];
         if let Some(functions) = &look.texture {
             for map in material.holed_maps() {
                 at_level!(level, simd => solid(simd, map, (look, functions), batch, hits, &corner));

@@ -165,15 +165,16 @@ fn floor(t: f32) -> f32 {
 mod tests {
     use super::*;
     use crate::simd::{SimdLevel, at_level};
+    use std::sync::Arc;
 
     fn checker() -> Texture {
         let white = [65535; 4];
         let black = [0, 0, 0, 65535];
         Texture {
-            levels: vec![
+            levels: Arc::new([
                 Level { width: 2, height: 2, texels: vec![white, black, black, white] },
                 Level { width: 1, height: 1, texels: vec![[32768, 32768, 32768, 65535]] },
-            ],
+            ]),
             has_holes: false,
             smooth: Default::default(),
             outlines: Vec::new(),

@@ -40,13 +40,14 @@ pub(crate) use sight::Sight;
 pub(crate) use sun::ShadowSun;
 pub(crate) use texels::LookUps;
 
-use crate::scene::{NONE, Sky, Sun, Surfaces};
+use crate::scene::{Material, NONE, Sky, Sun, Surfaces};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// What shading needs of a scene, in the lens frame of one camera.
 pub(crate) struct Shader<'a> {
     surfaces: &'a Surfaces,
+    materials: &'a [Material],
     /// Vertex normals, and the face normals of triangles without, in the lens frame.
     normals: Vec<Vec3>,
     sun: Option<(Vec3, Vec3)>,
@@ -57,9 +58,9 @@ pub(crate) struct Shader<'a> {
 }
 
 impl<'a> Shader<'a> {
-    /// `lens_from_world` turns directions.
+    /// Of surfaces with these materials; `lens_from_world` turns directions.
     pub(crate) fn new(
-        surfaces: &'a Surfaces,
+        (surfaces, materials): (&'a Surfaces, &'a [Material]),
         sun: Option<&Sun>,
         sky: &Sky,
         up: DVec3,
@@ -68,6 +69,7 @@ impl<'a> Shader<'a> {
         let unit = |v: DVec3| crate::camera::unit(v).unwrap_or(DVec3::Z).as_vec3();
         Self {
             surfaces,
+            materials,
             normals: surfaces.normals.par_iter().map(|&n| unit(lens_from_world(n.as_dvec3()))).collect(),
             sun: sun.map(|sun| (unit(lens_from_world(sun.toward)), sun.color.as_vec3())),
             ambient: sky.ambient.as_vec3(),
@@ -89,7 +91,7 @@ impl<'a> Shader<'a> {
     /// triangle that may be seen.
     pub(crate) fn parts(&self, triangle: u32, corners: [DVec3; 3], seen: [DVec3; 3]) -> LookParts {
         let attributes = &self.surfaces.attributes[triangle as usize];
-        let material = &self.surfaces.materials[attributes.material as usize];
+        let material = &self.materials[attributes.material as usize];
         let texcoords = (attributes.texcoords[0] != NONE
             && (material.diffuse_map.is_some() || material.opacity_map.is_some()))
         .then(|| attributes.texcoords.map(|i| self.surfaces.texcoords[i as usize].as_dvec2()));

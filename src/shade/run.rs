@@ -54,7 +54,7 @@ fn surface<S: Simd>(
     look_ups: &mut LookUps,
     sums: &mut Sums,
 ) {
-    let material = &shader.surfaces.materials[look.material as usize];
+    let material = &shader.materials[look.material as usize];
     let diffuse = Vec3::from(material.diffuse).extend(0.0);
     let emission = Vec3::from(material.emission).extend(0.0);
     let mut texture = Textured::new(material, look, samples);

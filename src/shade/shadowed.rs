@@ -214,7 +214,7 @@ fn surface<S: Simd>(
     weights: &[[f32; LANES]; LANES],
     sums: &mut Sums,
 ) {
-    let material = &shader.surfaces.materials[look.material as usize];
+    let material = &shader.materials[look.material as usize];
     let [diffuse, emission] = [material.diffuse, material.emission].map(|c| Vec3::from(c).extend(0.0));
     let color = diffuse * shader.sun.map_or(Vec4::ZERO, |(_, color)| color.extend(0.0));
     let ambient = diffuse * shader.ambient.extend(0.0);

@@ -9,7 +9,7 @@ use super::shadows::{Occluders, SunRays, Weights};
 use crate::raster::LANES;
 use crate::raster::view::View;
 use crate::sampling::{self, ApertureShape, PointSet};
-use crate::scene::Surfaces;
+use crate::scene::{Material, Surfaces};
 use fearless_simd::Level;
 use glam::{DVec2, DVec3};
 use std::cell::Cell;
@@ -17,6 +17,7 @@ use std::cell::Cell;
 /// A scene as lights see it that shine at the lens.
 pub(crate) struct Sight<'a> {
     surfaces: &'a Surfaces,
+    materials: &'a [Material],
     /// Lens frame.
     positions: &'a [DVec3],
     /// In a frame whose `z` points from the scene to the lens, where it is 0.
@@ -30,7 +31,7 @@ pub(crate) struct Sight<'a> {
 impl<'a> Sight<'a> {
     /// `positions` are in the lens frame of `view`, whose aperture has this shape.
     pub(crate) fn new(
-        surfaces: &'a Surfaces,
+        (surfaces, materials): (&'a Surfaces, &'a [Material]),
         positions: &'a [DVec3],
         view: &View,
         shape: &ApertureShape,
@@ -41,7 +42,7 @@ impl<'a> Sight<'a> {
             let [u, v] = sampling::sample_of(PointSet::Sobol, shape, 0, stream, i as u32).lens;
             DVec2::new(f64::from(u), f64::from(v)) * view.radius
         });
-        Self { surfaces, positions, occluders, lens, near: view.near }
+        Self { surfaces, materials, positions, occluders, lens, near: view.near }
     }
 
     /// The part of the light of a `triangle`'s middle that arrives at the lens. Surfaces with holes are taken to let it pass.
@@ -75,7 +76,7 @@ impl<'a> Sight<'a> {
         passes: &[Cell<f64>; LANES],
     ) -> u16 {
         let attributes = &self.surfaces.attributes[t as usize];
-        let material = &self.surfaces.materials[attributes.material as usize];
+        let material = &self.materials[attributes.material as usize];
         if t == light || material.holed_maps().next().is_some() {
             return 0;
         }

@@ -24,7 +24,7 @@ pub(super) fn surface<S: Simd>(
     groups: &[Group],
     sums: &mut Sums,
 ) {
-    let material = &shader.surfaces.materials[look.material as usize];
+    let material = &shader.materials[look.material as usize];
     let diffuse = Vec3::from(material.diffuse).extend(0.0);
     let emission = Vec3::from(material.emission).extend(0.0);
     let texture = Textured::new(material, look, samples);

@@ -17,6 +17,7 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 /// The sun as shadows need it.
 pub(crate) struct ShadowSun<'a> {
     surfaces: &'a Surfaces,
+    materials: &'a [Material],
     /// Lens frame.
     positions: &'a [DVec3],
     occluders: Occluders,
@@ -52,7 +53,7 @@ pub(super) struct Asking<'q> {
 impl<'a> ShadowSun<'a> {
     /// Nothing for a sun without a direction. `lens_from_world` turns directions.
     pub(crate) fn new(
-        surfaces: &'a Surfaces,
+        (surfaces, materials): (&'a Surfaces, &'a [Material]),
         positions: &'a [DVec3],
         sun: &Sun,
         lens_from_world: impl Fn(DVec3) -> DVec3,
@@ -62,7 +63,7 @@ impl<'a> ShadowSun<'a> {
         let axes = [x, y, toward];
         let occluders = Occluders::new(surfaces, positions, axes);
         let half = libm::sin(0.25 * sun.angular_diameter.as_radians());
-        Some(Self { surfaces, positions, occluders, axes, spread: (2.0 * half * half) as f32 })
+        Some(Self { surfaces, materials, positions, occluders, axes, spread: (2.0 * half * half) as f32 })
     }
 
     /// 1 less the cosine of the disk's angular radius.
@@ -134,7 +135,7 @@ impl<'a> ShadowSun<'a> {
             lanes &= asking.above;
         }
         let attributes = &self.surfaces.attributes[t as usize];
-        let material = &self.surfaces.materials[attributes.material as usize];
+        let material = &self.materials[attributes.material as usize];
         if lanes != 0 && material.is_cutout() {
             lanes = self.solid(t, material, lanes, weights, asking);
         }

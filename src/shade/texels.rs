@@ -372,7 +372,7 @@ mod tests {
         // Fields of slopes, in steps of an eighth of a bit less than the tolerance.
         let fields = texture(|x, y| (x / 32) as f32 * 0.5 + (y as f32 * 0.006 / 0.003).floor() * 0.003);
         assert!(!fields.smooth.is_empty());
-        let unshared = Texture { smooth: Smooth::default(), ..fields.clone() };
+        let unshared = Texture { smooth: Arc::default(), ..fields.clone() };
         let all = groups([u64::MAX; LANES]);
         let (found, wanted) = (reads(fields, &all), reads(unshared, &all));
         let mut differ = 0;
