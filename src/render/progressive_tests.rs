@@ -68,6 +68,32 @@ fn what_shows_more_than_the_sky_is_known_beforehand() -> Result<()> {
     Ok(())
 }
 
+/// A lamp of one pixel in a hundred, blurred over many.
+const LAMP: &str = "mtllib a.mtl\nusemtl lamp\nv 0 0 0.4\nv 0.002 0 0.4\nv 0 0.002 0.4\nf 1 2 3\n";
+
+#[test]
+fn errors_after_the_first_run_are_of_that_alone() -> Result<()> {
+    let files = Memory::new()
+        .with("a.obj", LAMP.as_bytes().to_vec())
+        .with("a.mtl", b"newmtl lamp\nKe 4000 4000 4000\n".to_vec());
+    let settings = LoadSettings { width: Some(100), ..Default::default() };
+    let scene = parse(SCENE, "a.toml")?.describe()?.load_with(&files, Path::new(""), settings)?;
+    let execution = Execution::default();
+    let [on, first] = draw(&scene, Sequence::Runs(256), &execution, |picture, counts| {
+        let mut on = Progressive::new(picture, &execution, counts)?;
+        let tile =
+            TileBlocks::new(vec![Block { pixels: 64, samples: 16, error: 1.0, cost: 1.0, is_sky: false }], 1);
+        on.first_round(&Forecast::new(&[tile], Goal::Error(1e-3), 1.5, 256), &execution)?;
+        assert!(on.blocks().iter().any(|block| block.samples > 16), "none went on");
+        let mut first = Progressive::new(picture, &execution, counts)?;
+        first.round(&first.first_samples(), &execution, &|| false)?;
+        assert!(first.errors.iter().zip(&first.plain).any(|(all, plain)| all > plain), "no light is hidden");
+        Ok([on.after_first(), first.after_first()])
+    })?;
+    assert_eq!(on, first);
+    Ok(())
+}
+
 /// Some blocks go on of tiles whose first run was all that was wanted of them: of these the total alone was kept.
 #[test]
 fn blocks_that_go_on_after_all_are_as_if_drawn_at_once() -> Result<()> {

@@ -156,7 +156,7 @@ impl<'a> TileRound<'a> {
         let Runs { mut tally, changed: begun, plain: first } = first;
         let (mut changed, mut plain) = (begun, first);
         let cost = if self.cost > 0.0 { self.cost } else { tally.cost() };
-        let mut known = None;
+        let (mut known, mut begun_lights) = (None, None);
         if let Some(forecast) = forecast {
             let picture = self.picture;
             known = self
@@ -164,7 +164,8 @@ impl<'a> TileRound<'a> {
                 .is_much
                 .then(|| picture.contrasts(self.tile, self.sums, (&begun, &begun), self.covered));
             let hidden = known.map(|contrasts| picture.all_missed(&begun, &contrasts)).unwrap_or_default();
-            let found = self.errors(&begun, &first, &hidden);
+            let lights = begun_lights.insert(self.lights(&begun));
+            let found = self.errors(&first, &hidden, lights);
             let wanted = self.forecast(forecast, &begun, &found, cost);
             if let Some(more) = self.runs(begun, wanted, is_set_up) {
                 tally.add(&more.tally);
@@ -180,19 +181,19 @@ impl<'a> TileRound<'a> {
         let all = || self.picture.contrasts(self.tile, self.sums, (&reached, &changed), self.covered);
         let contrasts = known.unwrap_or_else(all);
         let hidden = |samples: &ByBlock<u32>| self.picture.all_missed(samples, &contrasts);
-        let (first, hidden) = (self.errors(&begun, &first, &hidden(&begun)), hidden(&changed));
         let lights = self.lights(&changed);
+        let first = self.errors(&first, &hidden(&begun), begun_lights.as_ref().unwrap_or(&lights));
+        let hidden = hidden(&changed);
         watch.lap(&mut tally.stages.resolve);
         Some(Drawn { tally, cost, changed, first, plain, hidden, lights, is_bright: contrasts.are_bright })
     }
 
-    /// The errors of blocks with `samples`: by the word of these, and what edges and lights may hide.
-    fn errors(&self, samples: &ByBlock<u32>, plain: &ByBlock<f64>, hidden: &ByBlock<f64>) -> ByBlock<f64> {
-        let lights = self.lights(samples);
+    /// The errors of blocks: by the word of their samples, and what edges and lights may hide.
+    fn errors(&self, plain: &ByBlock<f64>, hidden: &ByBlock<f64>, lights: &ByBlock<f64>) -> ByBlock<f64> {
         std::array::from_fn(|block| self.edges.error(plain[block], hidden[block], lights[block]))
     }
 
-    /// What lights may hide in blocks with `samples`.
+    /// What lights may hide in blocks with `samples`, which are all that the sums have.
     fn lights(&self, samples: &ByBlock<u32>) -> ByBlock<f64> {
         let mut lights = ByBlock::default();
         self.picture.raise_unseen(self.tile, self.sums, samples, &mut lights);
