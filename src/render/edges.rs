@@ -98,31 +98,30 @@ impl Picture<'_> {
     /// as much times [`Self::missed`].
     pub(super) fn contrasts(
         &self,
-        (tx, ty): (u32, u32),
+        tile: (u32, u32),
         sums: &[Sum],
         (all, changed): (&ByBlock<u32>, &ByBlock<u32>),
         covered: Blocks,
     ) -> Contrasts {
-        let size =
-            [self.view.width - tx * TILE, self.view.height - ty * TILE].map(|size| size.min(TILE) as usize);
+        let size = self.size_of(tile).map(|size| size as usize);
         let counts = |block: usize| is_covered(covered, block) && changed[block] > 1;
         if !(0..changed.len()).any(counts) {
             return Contrasts::default();
         }
-        let mut tile = Shown::nothing(size);
-        tile.fill(self.level, sums, &all.map(|n| self.gain / n.max(1) as f32));
+        let mut shown = Shown::nothing(size);
+        shown.fill(self.level, sums, &all.map(|n| self.gain / n.max(1) as f32));
         let mut contrasts = ByBlock::default();
         at_level!(self.level, simd => {
             for (block, contrast) in contrasts.iter_mut().enumerate() {
                 if counts(block) || !is_covered(covered, block) {
-                    *contrast = tile.contrasts(simd, block);
+                    *contrast = shown.contrasts(simd, block);
                 }
             }
         });
         // Of an edge along the border of two blocks half is seen in either, and the sky errs nothing.
         Contrasts {
             squared: moved_to_covered(covered, contrasts),
-            are_bright: tile.peaks.iter().any(|&peak| peak > 0.0),
+            are_bright: shown.peaks.iter().any(|&peak| peak > 0.0),
         }
     }
 

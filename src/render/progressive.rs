@@ -110,13 +110,13 @@ impl<'a> Progressive<'a> {
 
     /// What is known of the block in this column and row.
     pub(super) fn block(&self, x: u32, y: u32) -> Block {
-        let (columns, _) = self.samples.columns_and_rows();
+        let at = (y * self.samples.columns_and_rows().0 + x) as usize;
         Block {
             pixels: self.picture.block_pixels(x, y),
             samples: self.samples.get(x, y),
-            error: self.errors[(y * columns + x) as usize],
+            error: self.errors[at],
             is_sky: !self.covered.has(x, y),
-            cost: self.costs[(y / BLOCKS * self.picture.bins.tiles_x + x / BLOCKS) as usize],
+            cost: self.costs[self.tile_of(at)],
         }
     }
 
@@ -274,13 +274,14 @@ impl<'a> Progressive<'a> {
             self.counts.shading_requests += tally.requests;
             self.counts.stages.add(&tally.stages);
             let is_first = self.costs[tile] == 0.0;
-            if is_first {
-                self.costs[tile] = cost;
-            }
             self.stale[tile] = (0..changed.len()).any(|block| {
                 let (x, y) = block_place(place, block);
                 changed[block] == 0 && x < columns && y < rows
             });
+            // What was stopped on its way tells too little.
+            if is_first && !self.stale[tile] {
+                self.costs[tile] = cost;
+            }
             for block in (0..changed.len()).filter(|&block| changed[block] > 0) {
                 let (x, y) = block_place(place, block);
                 self.samples.set(x, y, changed[block]);
