@@ -34,8 +34,8 @@ impl Exposure {
 
     /// A picture made elsewhere: linear light, row by row from the top left; black where rows are missing.
     pub fn from_rows(width: u32, height: u32, rows: &[[f32; 3]], samples: Allocation) -> Self {
-        let (across, down) = (width.div_ceil(TILE), height.div_ceil(TILE));
-        let mut pixels = vec![[0.0; 3]; (across * TILE) as usize * (down * TILE) as usize];
+        let whole = |side: u32| side.div_ceil(TILE) as usize * TILE as usize;
+        let mut pixels = vec![[0.0; 3]; whole(width) * whole(height)];
         let mut exposure = Self::new((width, height), Vec::new(), Vec::new(), None, samples);
         for (row, y) in rows.chunks(width.max(1) as usize).zip(0..height) {
             for (pixel, x) in row.iter().zip(0..width) {
@@ -114,7 +114,7 @@ impl Exposure {
 
     /// The estimated error of one pixel: root mean square over its three channels, clamped and brightened as for
     /// [`Exposure::rms_error`], which is the root mean square of these over the picture. `None` unless
-    /// [`error_map`](crate::render::Execution::error_map) asked for it.
+    /// [`error_map`](crate::render::Execution::error_map) asked for it, and for one sample a pixel.
     ///
     /// It comes of two halves of the pixel's samples alone, so a single one is as uncertain as a throw of dice; means over
     /// many pixels are not.

@@ -32,9 +32,9 @@ impl Run {
         Self { first: samples, count }
     }
 
-    /// How many samples there are after it.
+    /// How many samples there are after it, as far as a number holds them.
     pub fn end(self) -> u32 {
-        self.first + self.count
+        self.first.saturating_add(self.count)
     }
 
     /// All runs that lead from `from` samples to at least `to`.
@@ -67,6 +67,7 @@ mod tests {
             assert!(run.count.is_power_of_two() && run.first % run.count == 0, "{run:?}");
         }
         assert_eq!(Run::between(0, MOST_SAMPLES).last().map(Run::end), Some(MOST_SAMPLES));
+        assert_eq!(Run::between(0, u32::MAX).last().map(Run::end), Some(u32::MAX));
         assert!(is_reached(0) && is_reached(192) && !is_reached(96) && !is_reached(MOST_SAMPLES + 1));
     }
 }
