@@ -1,7 +1,7 @@
 //! `groundglass check SCENE`: loads a scene and its assets and says what is in them.
 
 use super::input::{self, MemoryArguments, SceneArguments};
-use super::{optics_words, report, stats};
+use super::{machine, optics_words, report};
 use groundglass::error::Result;
 use groundglass::scene::Scene;
 use serde::Serialize;
@@ -41,7 +41,7 @@ struct Warning<'a> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let input = input::read(&arguments.scene)?.within(arguments.memory, stats::threads(None));
+    let input = input::read(&arguments.scene)?.within(arguments.memory, machine::threads(None));
     let scene = input.load()?;
     report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
     report::warnings(&optics_words::scene_warnings(&scene, &input.name()));

@@ -5,8 +5,8 @@
 
 use super::effects::EffectArguments;
 use super::input::{self, MemoryArguments, SceneArguments};
+use super::machine;
 use super::probe::{self, PROBE, Probe};
-use super::stats;
 use super::values::{Pixels, Positive};
 use super::{interrupt, optics_words, report};
 use groundglass::error::Result;
@@ -60,7 +60,7 @@ struct Row {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let threads = stats::threads(None);
+    let threads = machine::threads(None);
     let input = input::read(&arguments.scene)?.within(arguments.memory, threads);
     let mut scene = input.load_at(arguments.width.map(|width| width.0))?;
     if let Some(error) = arguments.max_error {

@@ -1,8 +1,8 @@
 //! The scene a verb works on. In: the path and the root folder from the command line; out: the described
 //! scene, its assets when asked for, and the files that were read (which no output may replace).
 
+use super::machine;
 use super::progress::Progress;
-use super::stats;
 use super::values::Bytes;
 use groundglass::error::Result;
 use groundglass::scene::{
@@ -181,7 +181,7 @@ impl<S> Recorded<S> {
             inner,
             paths: Mutex::default(),
             memory: MemoryArguments::default(),
-            threads: stats::threads(None),
+            threads: machine::threads(None),
         }
     }
 
@@ -192,7 +192,7 @@ impl<S> Recorded<S> {
 
     /// Bytes of memory that may yet be taken.
     pub(super) fn room(&self) -> Option<u64> {
-        stats::room(self.memory.memory.map(|most| most.0), self.threads)
+        machine::room(self.memory.memory.map(|most| most.0), self.threads)
     }
 
     /// The files read so far.

@@ -13,6 +13,7 @@ mod figure_file;
 mod input;
 mod interrupt;
 mod limited;
+mod machine;
 mod new;
 mod optics;
 mod optics_json;

@@ -6,7 +6,7 @@ use super::progress::Progress;
 use super::replay::Replay;
 use super::stats::{self, Asked, Samples, Stats};
 use super::values::{Pixels, Positive, Seconds, Simd};
-use super::{diagram, figure_file, interrupt, optics_words, output, report};
+use super::{diagram, figure_file, interrupt, machine, optics_words, output, report};
 use groundglass::error::{Error, ErrorKind, Result, Warning};
 use groundglass::plan::RenderPlan;
 use groundglass::render::{Execution, MOST_FOR_ERROR, SimdLevel, render, replay};
@@ -125,7 +125,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         .as_deref()
         .map(|stats| Replay::read(stats, arguments.root.root.as_deref()))
         .transpose()?;
-    let threads = stats::threads(arguments.threads);
+    let threads = machine::threads(arguments.threads);
     let input = match &arguments.scene {
         Some(scene) => input::read_scene(scene, arguments.root.root.as_deref())?,
         None => Input::builtin()?,
@@ -174,7 +174,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let effects = plan.map(|plan| plan.effects().to_vec()).unwrap_or_default();
     let progress = Progress::new();
     let tell = |done: usize, total: usize| progress.tell("rendering", done as u64, total as u64);
-    let (clock, cpu) = (Instant::now(), stats::cpu_seconds());
+    let (clock, cpu) = (Instant::now(), machine::cpu_seconds());
     let simd = arguments.simd.map_or_else(SimdLevel::best, |simd| simd.0);
     let seconds = || clock.elapsed().as_secs_f64();
     let memory = input.room();
@@ -194,7 +194,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             None => render(&scene, execution),
         }
     });
-    let (render_seconds, cpu_seconds) = (clock.elapsed().as_secs_f64(), stats::cpu_seconds() - cpu);
+    let (render_seconds, cpu_seconds) = (clock.elapsed().as_secs_f64(), machine::cpu_seconds() - cpu);
     progress.finish();
     let (exposure, counts) = rendered.map_err(|error| {
         // Numbers of samples are those of the file that is replayed.

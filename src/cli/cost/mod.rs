@@ -16,7 +16,7 @@ mod ways;
 use super::effects::EffectArguments;
 use super::input::{self, MemoryArguments, SceneArguments};
 use super::values::Pixels;
-use super::{interrupt, optics_words, output, report as tell, stats};
+use super::{interrupt, machine, optics_words, output, report as tell};
 use groundglass::error::{Error, ErrorKind, Result};
 use std::path::PathBuf;
 use study::Study;
@@ -48,7 +48,7 @@ const WIDTH: u32 = 480;
 const QUICK_WIDTH: u32 = 160;
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let threads = stats::threads(arguments.threads);
+    let threads = machine::threads(arguments.threads);
     let input = input::read(&arguments.scene)?.within(arguments.memory, threads);
     let usual = if arguments.quick { QUICK_WIDTH } else { WIDTH };
     let mut scene = input.load_at(Some(arguments.width.map_or(usual, |width| width.0)))?;
