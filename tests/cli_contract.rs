@@ -328,6 +328,11 @@ fn a_film_that_reaches_the_aperture_is_warned_of_and_not_rendered() {
         answer.expect(0, &["warning: scene.toml", "reaches the aperture"]);
         assert!(!answer.out.contains("warning: "), "warnings go to standard error");
     }
+    let checked = run(&folder, &["check", "scene.toml"]);
+    checked.expect(0, &["reaches the aperture"]);
+    // All that was told is counted.
+    let told = checked.err.lines().filter(|line| line.starts_with("warning: ")).count();
+    assert!(told > 0 && checked.out.ends_with(&format!("\n{told} warnings\n")), "{told}: {}", checked.out);
     run(&folder, &["render", "scene.toml", "-o", "o.png"]).expect(2, &["scene.toml", "reaches the aperture"]);
     assert!(!folder.join("o.png").exists());
 }

@@ -43,13 +43,14 @@ struct Warning<'a> {
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let input = input::read(&arguments.scene)?.within(arguments.memory, machine::threads(None));
     let scene = input.load()?;
-    report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
-    report::warnings(&optics_words::scene_warnings(&scene, &input.name()));
+    let cautions = optics_words::scene_warnings(&scene, &input.name());
     if arguments.json {
+        report::warnings(&cautions);
         report::print_json(&found(&scene))
     } else {
-        report::warnings(&scene.warnings);
-        report::print(&words(&scene))
+        let warnings = [&scene.warnings[..], &cautions].concat();
+        report::warnings(&warnings);
+        report::print(&words(&scene, warnings.len()))
     }
 }
 
@@ -74,7 +75,7 @@ fn found(scene: &Scene) -> Found<'_> {
     }
 }
 
-fn words(scene: &Scene) -> String {
+fn words(scene: &Scene, warnings: usize) -> String {
     let mut text = String::new();
     for mesh in &scene.meshes {
         let [low, high] = mesh.bounds;
@@ -89,6 +90,6 @@ fn words(scene: &Scene) -> String {
             optics_words::length(high.z - low.z),
         ));
     }
-    text.push_str(&format!("{} warnings\n", scene.warnings.len()));
+    text.push_str(&format!("{warnings} warnings\n"));
     text
 }

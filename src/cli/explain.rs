@@ -67,9 +67,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         scene.render.budget = Budget::MaxError(error.0);
     }
     arguments.effects.apply(&mut scene)?;
-    report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
-    report::warnings(&optics_words::scene_warnings(&scene, &input.name()));
     report::warnings(&scene.warnings);
+    report::warnings(&optics_words::scene_warnings(&scene, &input.name()));
     let memory = input.room();
     let explanation = interrupt::polled(|cancel| {
         explain(

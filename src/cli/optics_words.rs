@@ -193,9 +193,10 @@ pub(crate) fn warnings(optics: &Optics, file: &str) -> Vec<Warning> {
     optics.cautions().into_iter().map(warn).collect()
 }
 
-/// What a photographer should know before drawing this scene with its camera.
+/// The same of a whole scene: of its camera, and of what that sees of it.
 pub(crate) fn scene_warnings(scene: &Scene, file: &str) -> Vec<Warning> {
     let optics = &scene.optics;
+    let mut all = warnings(optics, file);
     let near = optics.camera().near.as_metres();
     let is_seen = |corner: DVec3| optics.axis().dot(optics.world_from_lens().point_inverse(corner)) >= near;
     // A mesh of which no corner of the box is seen is not seen either.
@@ -205,12 +206,12 @@ pub(crate) fn scene_warnings(scene: &Scene, file: &str) -> Vec<Warning> {
             is_seen(DVec3::new(pick(0), pick(1), pick(2)))
         })
     });
-    if scene.meshes.is_empty() || any_seen {
-        return Vec::new();
+    if !scene.meshes.is_empty() && !any_seen {
+        let message = format!(
+            "every mesh lies behind the lens or nearer than near_m ({}): the picture shows the background alone",
+            length(near)
+        );
+        all.push(Warning { file: file.to_owned(), line: None, message });
     }
-    let message = format!(
-        "every mesh lies behind the lens or nearer than near_m ({}): the picture shows the background alone",
-        length(near)
-    );
-    vec![Warning { file: file.to_owned(), line: None, message }]
+    all
 }

@@ -155,7 +155,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let asked = Asked::new(scene.render.budget, &effects);
     let load_seconds = clock.elapsed().as_secs_f64();
     report::warnings(&scene.warnings);
-    report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
     report::warnings(&optics_words::scene_warnings(&scene, &input.name()));
     report::warnings(replayed.as_ref().and_then(Replay::warning).as_slice());
     let allocation = replayed.map(|replay| replay.allocation(&scene)).transpose()?;

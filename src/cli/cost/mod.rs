@@ -54,7 +54,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let mut scene = input.load_at(Some(arguments.width.map_or(usual, |width| width.0)))?;
     arguments.effects.apply(&mut scene)?;
     tell::warnings(&scene.warnings);
-    tell::warnings(&optics_words::warnings(&scene.optics, &input.name()));
+    tell::warnings(&optics_words::scene_warnings(&scene, &input.name()));
     let stem = arguments.scene.scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let folder = arguments
         .output
