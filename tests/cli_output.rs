@@ -218,3 +218,26 @@ fn too_little_memory_is_2() {
     fs::write(folder.join("scene.toml"), format!("{CAMERA}{meshes}")).unwrap();
     limited(1_000_000, "check scene.toml").expect(2, &["GB", "mesh[1999]"]);
 }
+
+#[test]
+fn what_the_first_picture_is_drawn_beside_does_not_replace_it() {
+    let (_keep, folder) = folder("");
+    let quick = ["--width", "16", "--samples", "2"];
+    for words in [
+        &["-o", "tower-diagram.png"][..],
+        &["-o", "o.png", "--stats", "tower-diagram.svg"],
+        &["-o", "o.png", "--error-map", "tower-diagram.png"],
+    ] {
+        run(&folder, &[&["render"], words, &quick].concat()).expect(64, &["name one file", "two names"]);
+    }
+    assert_eq!(names(&folder), ["scene.toml", "t.obj"]);
+}
+
+#[test]
+fn files_may_go_into_the_folder_that_is_made_for_the_picture() {
+    let (_keep, folder) = folder(&format!("{CAMERA}{SMALL}"));
+    run(&folder, &["render", "scene.toml", "--stats", "groundglass-out/s.json"]).expect(0, &[]);
+    assert_eq!(names(&folder.join("groundglass-out")), ["s.json", "scene.png"]);
+    // What lies in no folder is said before the work all the same.
+    run(&folder, &["render", "scene.toml", "--stats", "nowhere/s.json"]).expect(3, &["nowhere"]);
+}

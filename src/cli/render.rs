@@ -108,12 +108,17 @@ impl Format {
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let (path, format) = arguments.output()?;
     let error_map = arguments.error_map.as_ref();
-    let outputs = [(Some(&path), "-o"), (arguments.stats.as_ref(), "--stats"), (error_map, "--error-map")];
+    let stats = arguments.stats.as_ref();
+    let diagrams = if arguments.scene.is_none() { diagrams(&path).to_vec() } else { Vec::new() };
+    let outputs: Vec<(&PathBuf, &str)> =
+        [(Some(&path), "-o"), (stats, "--stats"), (error_map, "--error-map")]
+            .into_iter()
+            .filter_map(|(output, flag)| output.map(|output| (output, flag)))
+            .chain(diagrams.iter().map(|diagram| (diagram, "the diagram beside the picture")))
+            .collect();
     for (i, (first, flag)) in outputs.iter().enumerate() {
         for (second, other) in &outputs[..i] {
-            if let (Some(first), Some(second)) = (first, second)
-                && output::is_same(first, second)
-            {
+            if output::is_same(first, second) {
                 return Err(Error::new(ErrorKind::Usage, format!("{other} and {flag} name one file"))
                     .remedy("give two names"));
             }
@@ -132,8 +137,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     }
     .within(arguments.memory, threads);
     // What cannot be written is said before the work, and again when the files that are read are known.
-    let named = [arguments.output.as_ref(), arguments.stats.as_ref(), error_map];
-    for output in named.into_iter().flatten() {
+    // (The folder that is made for a picture without a name may not be there yet.)
+    let made =
+        if arguments.output.is_none() { path.parent().filter(|folder| !folder.exists()) } else { None };
+    for (output, _) in outputs.iter().filter(|(output, _)| made.is_none() || output.parent() != made) {
         output::check(output, &input.read_paths())?;
     }
     let clock = Instant::now();
@@ -165,7 +172,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         Some(folder) if arguments.output.is_none() => Some(output::Folder::make(folder)?),
         _ => None,
     };
-    for output in outputs.into_iter().filter_map(|(output, _)| output) {
+    for (output, _) in outputs {
         output::check(output, &read)?;
     }
 
@@ -264,7 +271,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         report::warnings(&[too_late(&input.name(), wanted, stats.render_seconds)]);
     }
     if arguments.scene.is_none() {
-        first_steps(&scene, &path)?;
+        first_steps(&scene, &diagrams)?;
     }
     Ok(())
 }
@@ -343,13 +350,17 @@ fn summary(path: &Path, stats: &Stats) -> String {
     )
 }
 
+/// What the built-in scene's diagram is written as.
+fn diagrams(picture: &Path) -> [PathBuf; 2] {
+    ["svg", "png"].map(|ending| picture.with_file_name("tower-diagram").with_extension(ending))
+}
+
 /// For the built-in scene: its diagram beside the picture, and what to try next.
-fn first_steps(scene: &Scene, picture: &Path) -> Result<()> {
+fn first_steps(scene: &Scene, diagrams: &[PathBuf]) -> Result<()> {
     let figure = diagram::figure(scene, diagram::Section::Side, diagram::Inset::Auto)?;
     let mut made = Vec::new();
-    for ending in ["svg", "png"] {
-        let path = picture.with_file_name("tower-diagram").with_extension(ending);
-        figure_file::write(&figure, &path, &[])?;
+    for path in diagrams {
+        figure_file::write(&figure, path, &[])?;
         made.push(path.display().to_string());
     }
     let more = match scene.render.budget {
