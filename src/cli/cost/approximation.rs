@@ -5,55 +5,68 @@
 //! divided by the sum of their weights (M. Potmesil and I. Chakravarty, "A lens and aperture camera model for synthetic image
 //! generation", Computer Graphics 15(3), 1981, 297-305).
 
+use super::rows;
 use glam::{DVec3, DVec4, Vec3};
 use groundglass::error::Result;
 use groundglass::picture::{Allocation, Exposure};
 use groundglass::render::{Execution, render};
 use groundglass::scene::{EffectName, Scene};
 
-pub(super) fn draw(scene: &Scene, execution: Execution<'_>) -> Result<Exposure> {
-    let mut sharp = scene.clone();
-    let effects = &mut sharp.render.effects;
+pub(super) fn draw(scene: &mut Scene, execution: Execution<'_>) -> Result<Exposure> {
+    let effects = &mut scene.render.effects;
     effects.with = effects.with.set(EffectName::Defocus, false);
     effects.without = effects.without.set(EffectName::Defocus, true);
-    let (picture, _) = render(&sharp, execution)?;
-    let radii = radii(scene);
+    let (picture, _) = render(scene, execution)?;
+    let radii = radii(scene, &execution)?;
     let (width, height) = (picture.width() as usize, picture.height() as usize);
-    let mut sums = vec![[0.0f32; 4]; width * height];
-    for y in 0..height {
-        for x in 0..width {
-            let color = Vec3::from(picture.pixel(x as u32, y as u32));
-            let radius = radii[y * width + x].clamp(0.5, 0.5 * width as f32);
-            let weight = 1.0 / (std::f32::consts::PI * radius * radius);
-            let rows = |at: usize, most: usize| {
+    // How far the pixels of a row are spread at most.
+    let most: Vec<f32> = radii.chunks(width).map(|row| row.iter().copied().fold(0.0, f32::max)).collect();
+    let row = |j: u32| {
+        let j = j as usize;
+        let mut sums = vec![[0.0f32; 4]; width];
+        for y in 0..height {
+            let dy = j as f32 - y as f32;
+            if dy.abs() > most[y] {
+                continue;
+            }
+            for x in 0..width {
+                let radius = radii[y * width + x];
+                if dy * dy > radius * radius {
+                    continue;
+                }
+                let color = Vec3::from(picture.pixel(x as u32, y as u32));
+                let weight = 1.0 / (std::f32::consts::PI * radius * radius);
+                let light = (color * weight).extend(weight).to_array();
                 let reach = radius.ceil() as usize;
-                at.saturating_sub(reach)..(at + reach + 1).min(most)
-            };
-            for j in rows(y, height) {
-                for i in rows(x, width) {
-                    let (dx, dy) = (i as f32 - x as f32, j as f32 - y as f32);
+                let reached = x.saturating_sub(reach)..(x + reach + 1).min(width);
+                for (i, sum) in reached.clone().zip(&mut sums[reached]) {
+                    let dx = i as f32 - x as f32;
                     if dx * dx + dy * dy <= radius * radius {
-                        let sum = &mut sums[j * width + i];
-                        let light = color * weight;
-                        *sum = [sum[0] + light.x, sum[1] + light.y, sum[2] + light.z, sum[3] + weight];
+                        *sum = std::array::from_fn(|k| sum[k] + light[k]);
                     }
                 }
             }
         }
-    }
-    let pixels: Vec<[f32; 3]> = sums.into_iter().map(|[r, g, b, w]| [r / w, g / w, b / w]).collect();
+        sums.into_iter().map(|[r, g, b, w]| [r / w, g / w, b / w]).collect()
+    };
+    let pixels = rows::on_threads(&execution, || rows::pixels(picture.height(), &execution, row))?;
     Ok(Exposure::from_rows(picture.width(), picture.height(), &pixels, Allocation::clone(picture.samples())))
 }
 
-/// Half the largest diameter of the blur of what each pixel's middle sees, in pixels; 0 where it is the sky.
-fn radii(scene: &Scene) -> Vec<f32> {
+/// How far the disks of pixels reach, at least: each holds its own pixel.
+const LEAST: f32 = 0.5;
+
+/// Half the largest diameter of the blur of what each pixel's middle sees, in pixels: [`LEAST`] where it is the sky, and no more
+/// than half of the picture.
+fn radii(scene: &Scene, execution: &Execution<'_>) -> Result<Vec<f32>> {
     let (width, height) = (scene.render.width as usize, scene.render.height as usize);
     let optics = &scene.optics;
     let pixel = optics.camera().film.width.as_metres() / width as f64;
     let projection = optics.projection_from_world(0.0, 0.0);
     let mut nearest = vec![0.0f64; width * height];
-    let mut radii = vec![0.0f32; width * height];
+    let mut radii = vec![LEAST; width * height];
     for corners in &scene.surfaces.triangles {
+        rows::go_on(execution)?;
         let world = corners.map(|i| scene.surfaces.positions[i as usize]);
         let clip = world.map(|p| projection.project(p));
         // What comes nearer than the lens is left out: an approximation has its price.
@@ -89,9 +102,10 @@ fn radii(scene: &Scene) -> Vec<f32> {
                 nearest[at] = depth;
                 let point = (world[0] * (u * a.z) + world[1] * (v * b.z) + world[2] * (w * c.z)) / depth;
                 let blur = optics.blur_of(optics.world_from_lens().point_inverse(point));
-                radii[at] = blur.map_or(0.0, |blur| (0.5 * blur.largest / pixel) as f32);
+                let radius = blur.map_or(0.0, |blur| (0.5 * blur.largest / pixel) as f32);
+                radii[at] = radius.clamp(LEAST, (0.5 * width as f32).max(LEAST));
             }
         }
     }
-    radii
+    Ok(radii)
 }

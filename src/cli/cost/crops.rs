@@ -79,9 +79,12 @@ pub(super) fn figure(stem: &str, crops: &[Crop]) -> String {
 
 /// Left top of the crop with the largest error, where there is something to see: the squared error times the variance of the truth.
 fn worst(picture: &Exposure, truth: &Exposure) -> (u32, u32) {
-    let steps = |size: u32| (0..=size.saturating_sub(CROP)).step_by(CROP as usize / 4);
+    let steps = |size: u32| {
+        let last = size.saturating_sub(CROP);
+        (0..last).step_by(CROP as usize / 4).chain([last])
+    };
     let places = steps(truth.height()).flat_map(|y| steps(truth.width()).map(move |x| (x, y)));
-    let score = |&(left, top): &(u32, u32)| -> f64 {
+    let score = |(left, top): (u32, u32)| -> f64 {
         let pixels = (top..top + CROP).flat_map(|y| (left..left + CROP).map(move |x| (x, y)));
         let (mut error, mut sum, mut squares, mut count) = (0.0, 0.0, 0.0, 0.0);
         for (x, y) in pixels {
@@ -93,5 +96,6 @@ fn worst(picture: &Exposure, truth: &Exposure) -> (u32, u32) {
         }
         error * (squares / count - (sum / count) * (sum / count)).max(1e-6)
     };
-    places.max_by(|a, b| score(a).total_cmp(&score(b))).unwrap_or((0, 0))
+    let scored = places.map(|place| (score(place), place));
+    scored.max_by(|a, b| a.0.total_cmp(&b.0)).map_or((0, 0), |(_, place)| place)
 }

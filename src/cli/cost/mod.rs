@@ -10,6 +10,7 @@ mod crops;
 mod kept;
 mod reference;
 mod report;
+mod rows;
 mod study;
 mod ways;
 
@@ -70,7 +71,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         None => output::Folder::make(&folder)?,
         Some(_) => output::Folder::given(&folder)?,
     };
-    let limits = (Some(threads), input.room());
+    let limits = (threads, input.room());
     let study = interrupt::polled(|cancel| {
         let mut study = Study::open(&scene, &folder, limits, arguments.quick, input.read_paths());
         study.measure(cancel)?;

@@ -4,8 +4,9 @@ use super::super::{figure_file, output, report as tell};
 use super::answers;
 use super::crops::{self, MOST_CROPS, crop_name};
 use super::kept::Measured;
+use super::reference;
 use super::study::{BASELINE, Study, nothing};
-use super::ways::{self, ADAPTIVE, APPROXIMATION, UNIFORM};
+use super::ways::{ADAPTIVE, APPROXIMATION, UNIFORM};
 use groundglass::diagram::{Changes, FigureFile};
 use groundglass::error::Result;
 use groundglass::scene::{Document, Memory};
@@ -240,10 +241,8 @@ fn page(study: &Study<'_>, stem: &str) -> String {
         ),
         None => format!("{} samples with another seed", table.converged_samples),
     };
-    let not_measured = match ways::unknown_to_reference(study.scene) {
-        Some(effects) => {
-            format!("The ways in double precision are left out: that renderer has no {effects}.\n\n")
-        }
+    let not_measured = match reference::differs(study.scene) {
+        Some(reasons) => format!("The ways in double precision are left out: that renderer {reasons}.\n\n"),
         None => String::new(),
     };
     let mut text = format!(

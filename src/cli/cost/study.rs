@@ -39,7 +39,7 @@ pub(super) struct Study<'a> {
     holds_another: bool,
     folder: &'a Path,
     /// Threads, and bytes of memory that drawing may take.
-    limits: (Option<usize>, Option<u64>),
+    limits: (usize, Option<u64>),
     /// Files that were read, which no output may replace.
     pub(super) read: Vec<PathBuf>,
 }
@@ -49,7 +49,7 @@ impl<'a> Study<'a> {
     pub(super) fn open(
         scene: &'a Scene,
         folder: &'a Path,
-        limits: (Option<usize>, Option<u64>),
+        limits: (usize, Option<u64>),
         quick: bool,
         read: Vec<PathBuf>,
     ) -> Self {
@@ -59,7 +59,7 @@ impl<'a> Study<'a> {
             width: scene.render.width,
             height: scene.render.height,
             quick,
-            threads: limits.0.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
+            threads: limits.0,
             simd: SimdLevel::best().name().to_owned(),
             converged_samples: if quick { QUICK_TRUTH } else { TRUTH },
             converged_rms: None,
@@ -150,7 +150,7 @@ impl<'a> Study<'a> {
 
     fn execution<'b>(&self, cancel: &'b AtomicBool) -> Execution<'b> {
         Execution {
-            threads: self.limits.0,
+            threads: Some(self.limits.0),
             memory: self.limits.1,
             cancel: Some(cancel),
             ..Execution::default()
@@ -177,6 +177,11 @@ impl<'a> Study<'a> {
 
     /// Draws a step's picture once.
     pub(super) fn draw(&self, step: &Step, cancel: &AtomicBool) -> Result<Exposure> {
+        self.draw_of(&mut self.scene.clone(), step, cancel)
+    }
+
+    /// The same, of a scene that is this study's and stays so.
+    fn draw_of(&self, scene: &mut Scene, step: &Step, cancel: &AtomicBool) -> Result<Exposure> {
         let error = match step.setting {
             Setting::ErrorOf(n) => self
                 .find(UNIFORM, &Setting::Samples(n).name())
@@ -185,13 +190,14 @@ impl<'a> Study<'a> {
                 .unwrap_or(f64::MIN_POSITIVE.sqrt()),
             _ => 0.0,
         };
-        draw(self.scene, step, error, self.execution(cancel))
+        draw(scene, step, error, self.execution(cancel))
     }
 
     fn time(&self, step: &Step, truth: &Exposure, cancel: &AtomicBool) -> Result<Measured> {
-        let timed = |step: &Step| -> Result<(Exposure, f64)> {
+        let mut scene = self.scene.clone();
+        let mut timed = |step: &Step| -> Result<(Exposure, f64)> {
             let start = Instant::now();
-            let picture = self.draw(step, cancel)?;
+            let picture = self.draw_of(&mut scene, step, cancel)?;
             Ok((picture, start.elapsed().as_secs_f64()))
         };
         let baseline = Step { way: UNIFORM.to_owned(), setting: Setting::Samples(BASELINE) };

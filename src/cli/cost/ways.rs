@@ -69,7 +69,7 @@ pub(super) fn ladder(scene: &Scene, quick: bool) -> Vec<Step> {
     if plan.active().has(EffectName::Defocus) {
         steps.push(step(APPROXIMATION, Setting::Approximation(16)));
     }
-    if reference::unknown(&plan).is_empty() {
+    if reference::differs(scene).is_none() {
         let textured = plan.active().has(EffectName::Textures);
         let filters = &reference::FILTERS[..if textured { reference::FILTERS.len() } else { 1 }];
         steps.extend(filters.iter().map(|(_, way)| step(way, Setting::Double(16))));
@@ -84,15 +84,16 @@ pub(super) fn ladder(scene: &Scene, quick: bool) -> Vec<Step> {
     steps
 }
 
-/// Effects of the scene that the renderer in double precision does not know, in words; none where it knows them all.
-pub(super) fn unknown_to_reference(scene: &Scene) -> Option<String> {
-    let unknown = reference::unknown(&RenderPlan::new(scene));
-    (!unknown.is_empty()).then(|| unknown.join(" and "))
+/// Draws a step's picture; `error` is what [`Setting::ErrorOf`] asks for. The scene is as it was afterwards. (A copy of it was
+/// some hundredths of the time.)
+pub(super) fn draw(scene: &mut Scene, step: &Step, error: f64, execution: Execution<'_>) -> Result<Exposure> {
+    let settings = scene.render;
+    let drawn = draw_as_told(scene, step, error, execution);
+    scene.render = settings;
+    drawn
 }
 
-/// Draws a step's picture; `error` is what [`Setting::ErrorOf`] asks for.
-pub(super) fn draw(scene: &Scene, step: &Step, error: f64, execution: Execution<'_>) -> Result<Exposure> {
-    let mut scene = scene.clone();
+fn draw_as_told(scene: &mut Scene, step: &Step, error: f64, execution: Execution<'_>) -> Result<Exposure> {
     if let Some(set) = PointSet::ALL.into_iter().find(|set| step.way == format!("{set} points")) {
         scene.render.points = set;
     }
@@ -106,13 +107,13 @@ pub(super) fn draw(scene: &Scene, step: &Step, error: f64, execution: Execution<
         Setting::ErrorOf(_) => scene.render.budget = Budget::MaxError(error),
         Setting::Approximation(n) => {
             scene.render.budget = Budget::Samples(n);
-            return approximation::draw(&scene, execution);
+            return approximation::draw(scene, execution);
         }
         Setting::Double(n) => {
             let found = reference::FILTERS.into_iter().find(|(_, way)| step.way == *way);
             let (filter, _) = found.unwrap_or(reference::FILTERS[0]);
-            return reference::draw(&scene, filter, n, execution);
+            return reference::draw(scene, filter, n, execution);
         }
     }
-    Ok(render(&scene, execution)?.0)
+    Ok(render(scene, execution)?.0)
 }

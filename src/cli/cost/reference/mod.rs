@@ -8,15 +8,14 @@
 mod surface;
 mod tree;
 
+use super::rows;
 use glam::DVec3;
-use groundglass::error::{Error, ErrorKind, Result};
+use groundglass::error::Result;
 use groundglass::picture::{Allocation, Exposure};
 use groundglass::plan::RenderPlan;
 use groundglass::render::Execution;
 use groundglass::sampling;
-use groundglass::scene::{EffectName, Scene};
-use rayon::prelude::*;
-use std::sync::atomic::Ordering;
+use groundglass::scene::{EffectName, EffectSet, Scene};
 use surface::{Eye, Filter};
 use tree::Tree;
 
@@ -28,10 +27,28 @@ pub(super) const FILTERS: [(Filter, &str); 4] = [
     (Filter::Nearest, "64 bits, finest texels, nearest"),
 ];
 
-/// What the plan has in and is not known here.
-pub(super) fn unknown(plan: &RenderPlan) -> Vec<&'static str> {
-    let not_known = [EffectName::Coverage, EffectName::Diffraction].into_iter();
-    not_known.filter(|&effect| plan.active().has(effect)).map(EffectName::name).collect()
+/// Why what is drawn here is not a picture of the scene, in words that go on after the name of this renderer; none where it is.
+pub(super) fn differs(scene: &Scene) -> Option<String> {
+    let not_known = [EffectName::Coverage, EffectName::Diffraction];
+    let names = |effects: &mut dyn Iterator<Item = EffectName>| {
+        let names: Vec<&str> = effects.map(EffectName::name).collect();
+        (!names.is_empty()).then(|| names.join(" and "))
+    };
+    let drawn = RenderPlan::new(scene).active();
+    let missing = names(&mut not_known.into_iter().filter(|&effect| drawn.has(effect)));
+    // What would be there if nothing were left out.
+    let without = scene.render.effects.without;
+    let mut left_out = without.iter().filter(|effect| !not_known.contains(effect)).peekable();
+    let wanted = left_out.peek().map(|_| {
+        let mut whole = scene.clone();
+        whole.render.effects.without = EffectSet::default();
+        RenderPlan::new(&whole).active()
+    });
+    let too_much = names(&mut left_out.filter(|&effect| wanted.is_some_and(|wanted| wanted.has(effect))));
+    let missing = missing.map(|names| format!("has no {names}"));
+    let too_much = too_much.map(|names| format!("cannot leave out {names}"));
+    let reasons: Vec<String> = missing.into_iter().chain(too_much).collect();
+    (!reasons.is_empty()).then(|| reasons.join(" and "))
 }
 
 /// `samples` of each pixel.
@@ -41,26 +58,13 @@ pub(super) fn draw(
     samples: u32,
     execution: Execution<'_>,
 ) -> Result<Exposure> {
-    let stopped = || execution.cancel.is_some_and(|flag| flag.load(Ordering::Relaxed));
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(execution.threads.unwrap_or(0))
-        .build()
-        .map_err(|error| Error::new(ErrorKind::Io, format!("no threads can be started: {error}")))?;
     let (width, height) = (scene.render.width, scene.render.height);
-    let rows: Vec<Vec<[f32; 3]>> = pool.install(|| {
+    let pixels = rows::on_threads(&execution, || {
         let tree = Tree::new(&scene.surfaces);
-        let row = |j: u32| {
-            if stopped() {
-                return Vec::new();
-            }
-            (0..width).map(|i| pixel(scene, &tree, filter, samples, (i, j)).as_vec3().to_array()).collect()
-        };
-        (0..height).into_par_iter().map(row).collect()
-    });
-    if stopped() {
-        return Err(Error::new(ErrorKind::Cancelled, "the study was stopped"));
-    }
-    Ok(Exposure::from_rows(width, height, &rows.concat(), Allocation::Uniform(samples)))
+        let pixel = |i: u32, j: u32| pixel(scene, &tree, filter, samples, (i, j)).as_vec3().to_array();
+        rows::pixels(height, &execution, |j| (0..width).map(|i| pixel(i, j)).collect())
+    })?;
+    Ok(Exposure::from_rows(width, height, &pixels, Allocation::Uniform(samples)))
 }
 
 /// The mean of a pixel's samples.
@@ -104,4 +108,25 @@ fn falloff(scene: &Scene, (u, v): (f64, f64), (x, y): (f64, f64)) -> f64 {
         along(optics.axis()) * along(optics.film_normal()) / (r.length_squared() * r.length_squared())
     };
     weight(optics.lens_point(u, v), optics.film_point(x, y)) / weight(DVec3::ZERO, optics.film_center())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::input::Input;
+
+    #[test]
+    fn what_it_cannot_draw_is_told() -> Result<()> {
+        let mut scene = Input::builtin()?.load()?;
+        let mut told = |without: &[EffectName]| {
+            scene.render.effects.without = without.iter().copied().collect();
+            differs(&scene)
+        };
+        assert_eq!(told(&[]), None);
+        // The tower has none of these.
+        assert_eq!(told(&[EffectName::Holes, EffectName::Falloff, EffectName::Coverage]), None);
+        let left_out = [EffectName::Defocus, EffectName::Textures];
+        assert_eq!(told(&left_out).as_deref(), Some("cannot leave out defocus and textures"));
+        Ok(())
+    }
 }
