@@ -22,6 +22,7 @@ mod output;
 mod probe;
 mod progress;
 mod render;
+mod render_words;
 mod replay;
 mod report;
 mod schema;

@@ -6,10 +6,10 @@ use super::progress::Progress;
 use super::replay::Replay;
 use super::stats::{self, Asked, Samples, Stats};
 use super::values::{Pixels, Positive, Seconds, Simd};
-use super::{diagram, figure_file, interrupt, machine, optics_words, output, report};
-use groundglass::error::{Error, ErrorKind, Result, Warning};
+use super::{diagram, figure_file, interrupt, machine, optics_words, output, render_words, report};
+use groundglass::error::{Error, ErrorKind, Result};
 use groundglass::plan::RenderPlan;
-use groundglass::render::{Execution, MOST_FOR_ERROR, SimdLevel, render, replay};
+use groundglass::render::{Execution, SimdLevel, render, replay};
 use groundglass::sampling::runs::MOST_SAMPLES;
 use groundglass::scene::{Budget, Scene};
 use std::path::{Path, PathBuf};
@@ -216,7 +216,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     })
     .map_err(|error| error.in_file(path.display().to_string()))?;
     if let (Some(target), None) = (error_map, exposure.rms_error()) {
-        report::warnings(&[no_error_map(&input.name(), target)]);
+        report::warnings(&[render_words::no_error_map(&input.name(), target)]);
     } else if let (Some(target), Some(format)) = (error_map, map_format) {
         let map = exposure.error_map();
         // Mid-grey where the error is that of the whole.
@@ -255,99 +255,25 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         text.push('\n');
         output::write_text(target, &read, &text)?;
     }
-    report::print(&summary(&path, &stats))?;
+    report::print(&render_words::summary(&path, &stats))?;
     if counts.unseen_light > 0 {
-        report::warnings(&[unseen_light(&input.name(), counts.unseen_light)]);
+        report::warnings(&[render_words::unseen_light(&input.name(), counts.unseen_light)]);
     }
     if let (Budget::MaxError(wanted), Some(reached), None) =
         (scene.render.budget, exposure.rms_error(), &allocation)
         && reached > wanted
     {
-        report::warnings(&[beyond_reach(&input.name(), wanted, reached)]);
+        report::warnings(&[render_words::beyond_reach(&input.name(), wanted, reached)]);
     }
     if let (Budget::Seconds(wanted), None) = (scene.render.budget, &allocation)
         && stats.render_seconds > (1.05 * wanted).max(wanted + 0.05)
     {
-        report::warnings(&[too_late(&input.name(), wanted, stats.render_seconds)]);
+        report::warnings(&[render_words::too_late(&input.name(), wanted, stats.render_seconds)]);
     }
     if arguments.scene.is_none() {
         first_steps(&scene, &diagrams)?;
     }
     Ok(())
-}
-
-/// False convergence, told.
-fn unseen_light(file: &str, blocks: u64) -> Warning {
-    Warning {
-        file: file.to_owned(),
-        line: None,
-        message: format!(
-            "a light is so small and bright that the samples may have missed it in {blocks} blocks of 8 x 8 pixels; the stated \
-             error counts what it could add there, and more samples would tell"
-        ),
-    }
-}
-
-/// One sample a pixel has no halves to compare.
-fn no_error_map(file: &str, target: &Path) -> Warning {
-    Warning {
-        file: file.to_owned(),
-        line: None,
-        message: format!(
-            "the error of one sample a pixel is unknown, so {} is not written; give more time, or --samples",
-            target.display()
-        ),
-    }
-}
-
-/// A time that was not kept.
-fn too_late(file: &str, wanted: f64, took: f64) -> Warning {
-    Warning {
-        file: file.to_owned(),
-        line: None,
-        message: format!(
-            "the picture took {took:.2} s, and {wanted} s were asked for: no picture of this scene is done much sooner; make it \
-             smaller, or give it more time"
-        ),
-    }
-}
-
-/// An error that no reasonable number of samples reaches.
-fn beyond_reach(file: &str, wanted: f64, reached: f64) -> Warning {
-    // An error falls about as the number of samples to the power 0.6.
-    let samples = f64::from(MOST_FOR_ERROR) * libm::pow(reached / wanted, 1.0 / 0.6);
-    let more = if samples <= f64::from(MOST_SAMPLES) { ", or for that many --samples" } else { "" };
-    let wanted = if wanted < 1e-4 { format!("{wanted:e}") } else { wanted.to_string() };
-    let take = if samples < 1e15 { format!("about {samples:.1e}") } else { "more than 1e15".to_owned() };
-    Warning {
-        file: file.to_owned(),
-        line: None,
-        message: format!(
-            "an error of {wanted} was asked for and {reached:.2e} is reached with up to {MOST_FOR_ERROR} samples a pixel, the most \
-             that --max-error takes: it would take {take} samples a pixel; ask for a larger --max-error{more}"
-        ),
-    }
-}
-
-/// One line: what was made, how long it took, its error.
-fn summary(path: &Path, stats: &Stats) -> String {
-    let error = match stats.estimated_rms_error {
-        Some(error) => format!("RMS error about {}", report::rms(error)),
-        None => "one sample a pixel: its error is unknown".to_owned(),
-    };
-    let samples = match stats.samples_per_pixel {
-        Samples { min: 1, max: 1, .. } => "1 sample each".to_owned(),
-        Samples { min, max, .. } if min == max => format!("{max} samples each"),
-        Samples { mean, min, max } => format!("{mean:.0} samples on average ({min} to {max})"),
-    };
-    format!(
-        "{}: {} x {} pixels, {samples}, {:.2} s ({:.2} s loading); {error}\n",
-        path.display(),
-        stats.width,
-        stats.height,
-        stats.render_seconds,
-        stats.load_seconds,
-    )
 }
 
 /// What the built-in scene's diagram is written as.

@@ -6,10 +6,10 @@
 
 use super::covered::first_samples;
 use super::edges;
-use super::kept::{self, AREA};
+use super::kept;
 use super::progressive::Progressive;
-use super::resolve::{ByBlock, Sum, block_place};
-use super::uniform::zeroed;
+use super::resolve::{AREA, ByBlock, Sum, block_place};
+use super::room::zeroed;
 use super::{Counts, Execution, done};
 use crate::error::Result;
 use crate::picture::{Allocation, Exposure};

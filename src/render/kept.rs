@@ -5,15 +5,11 @@
 //! after all, as one in a hundred does, its first run is drawn again. (The mean and not the total: that is what the picture
 //! shows, and a first run's samples are a power of two, by which a number can be divided and multiplied again.)
 
-use super::resolve::{BLOCKS, ByBlock, Sum, WIDTH, means_of};
+use super::resolve::{AREA, BLOCKS, ByBlock, Sum, WIDTH, means_of};
 use super::too_large;
 use crate::error::Result;
 use crate::picture::BLOCK;
-use crate::raster::TILE;
 use glam::Vec3;
-
-/// Pixels of a tile.
-pub(super) const AREA: usize = (TILE * TILE) as usize;
 
 /// Blocks of a tile, one bit each.
 pub(super) type Blocks = u16;

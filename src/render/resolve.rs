@@ -18,6 +18,9 @@ use std::ops::Range;
 /// Pixels beside each other in a block.
 pub(super) const WIDTH: usize = BLOCK as usize;
 
+/// Pixels of a tile.
+pub(super) const AREA: usize = (TILE * TILE) as usize;
+
 /// Blocks on the side of a tile.
 pub(super) const BLOCKS: u32 = TILE / BLOCK;
 

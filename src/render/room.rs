@@ -1,13 +1,15 @@
 //! Memory that drawing takes, asked for before it is used: sizes in, an error or go-ahead out.
 
-use super::Execution;
 use super::picture::Sequence;
+use super::{Execution, too_large};
 use crate::error::{Error, ErrorKind, Result, memory};
 use crate::raster::TILE;
 use crate::raster::bin::{Bins, MOST_SURFACES};
 use crate::sampling::Diffraction;
 use crate::sampling::runs::{FIRST_RUN, MOST_SAMPLES};
 use crate::scene::Scene;
+use bytemuck::Zeroable;
+use bytemuck::allocation::try_zeroed_vec;
 
 /// Bytes for each triangle: whether it is cut out, its place in the order, its box where it crosses the frustum, and the
 /// lists of tiles, in which it has 16 entries at most and few as a rule. This is asked for, since nobody knows before how many;
@@ -106,6 +108,12 @@ impl Room {
         }
         Ok(longest_run((self.left - need) / self.threads.max(1)))
     }
+}
+
+/// That many zeros, if there is room. The system gives them page by page as they are used: filling a large picture here would
+/// take seconds, and a small one 4 % of the time of 64 samples.
+pub(super) fn zeroed<T: Zeroable>(count: usize) -> Result<Vec<T>> {
+    try_zeroed_vec(count).map_err(|()| too_large())
 }
 
 /// How many samples, a power of two, of a run fit into so many bytes; those of a first run are asked for before.

@@ -8,10 +8,9 @@
 
 use super::Execution;
 use super::draw::{Step, Tally, TileSums, Work};
-use super::kept::AREA;
 use super::pattern::Splits;
 use super::picture::{Picture, Sequence};
-use super::resolve::Sum;
+use super::resolve::{AREA, Sum};
 use super::stages::{Stages, Stopwatch};
 use crate::raster::visibility::EVERYWHERE;
 use crate::sampling::runs::{FIRST_RUN, Run};

@@ -7,15 +7,13 @@
 use super::draw::{Borrowed, Step, TILES_AT_ONCE, TileSums, Work};
 use super::pattern::Splits;
 use super::picture::Picture;
-use super::resolve::{Sum, means_of};
+use super::resolve::{AREA, Sum, means_of};
+use super::room::zeroed;
 use super::stages::Stopwatch;
-use super::{Counts, Execution, cancelled, done, too_large};
+use super::{Counts, Execution, cancelled, done};
 use crate::error::Result;
 use crate::picture::{Allocation, Exposure};
-use crate::raster::TILE;
 use crate::raster::visibility::EVERYWHERE;
-use bytemuck::Zeroable;
-use bytemuck::allocation::try_zeroed_vec;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -27,9 +25,9 @@ impl Picture<'_> {
         execution: &Execution<'_>,
         mut counts: Counts,
     ) -> Result<(Exposure, Counts)> {
-        let (area, tiles) = ((TILE * TILE) as usize, self.tiles());
-        let mut pixels = zeroed::<[f32; 3]>(tiles * area)?;
-        let mut errors = zeroed::<f32>(if execution.error_map { tiles * area } else { 0 })?;
+        let tiles = self.tiles();
+        let mut pixels = zeroed::<[f32; 3]>(tiles * AREA)?;
+        let mut errors = zeroed::<f32>(if execution.error_map { tiles * AREA } else { 0 })?;
         let finished = AtomicUsize::new(0);
         let stop = || cancelled(execution);
         let steps: Vec<Step> = Splits::steps(samples, self.diffraction.is_some())
@@ -77,10 +75,10 @@ impl Picture<'_> {
             }
             (tally, squared)
         };
-        let scratch = || (self.scratch(), vec![Sum::default(); area]);
-        let each = pixels.par_chunks_mut(area).enumerate().with_max_len(TILES_AT_ONCE);
+        let scratch = || (self.scratch(), vec![Sum::default(); AREA]);
+        let each = pixels.par_chunks_mut(AREA).enumerate().with_max_len(TILES_AT_ONCE);
         let tallies: Vec<_> = if execution.error_map {
-            each.zip(errors.par_chunks_mut(area))
+            each.zip(errors.par_chunks_mut(AREA))
                 .map_init(scratch, |scratch, ((tile, out), errors)| draw(scratch, tile, out, Some(errors)))
                 .collect()
         } else {
@@ -100,10 +98,4 @@ impl Picture<'_> {
         let rms = (samples > 1).then(|| (squared / self.values()).sqrt());
         Ok(done(self, (pixels, errors), rms, allocation, counts))
     }
-}
-
-/// That many zeros, if there is room. The system gives them page by page as they are used: filling a large picture here would
-/// take seconds, and a small one 4 % of the time of 64 samples.
-pub(super) fn zeroed<T: Zeroable>(count: usize) -> Result<Vec<T>> {
-    try_zeroed_vec(count).map_err(|()| too_large())
 }

@@ -1,0 +1,82 @@
+//! What `groundglass render` says of a picture: a line of what was made, and what to know of it.
+
+use super::report;
+use super::stats::{Samples, Stats};
+use groundglass::error::Warning;
+use groundglass::render::MOST_FOR_ERROR;
+use groundglass::sampling::runs::MOST_SAMPLES;
+use std::path::Path;
+
+/// False convergence, told.
+pub(super) fn unseen_light(file: &str, blocks: u64) -> Warning {
+    Warning {
+        file: file.to_owned(),
+        line: None,
+        message: format!(
+            "a light is so small and bright that the samples may have missed it in {blocks} blocks of 8 x 8 pixels; the stated \
+             error counts what it could add there, and more samples would tell"
+        ),
+    }
+}
+
+/// One sample a pixel has no halves to compare.
+pub(super) fn no_error_map(file: &str, target: &Path) -> Warning {
+    Warning {
+        file: file.to_owned(),
+        line: None,
+        message: format!(
+            "the error of one sample a pixel is unknown, so {} is not written; give more time, or --samples",
+            target.display()
+        ),
+    }
+}
+
+/// A time that was not kept.
+pub(super) fn too_late(file: &str, wanted: f64, took: f64) -> Warning {
+    Warning {
+        file: file.to_owned(),
+        line: None,
+        message: format!(
+            "the picture took {took:.2} s, and {wanted} s were asked for: no picture of this scene is done much sooner; make it \
+             smaller, or give it more time"
+        ),
+    }
+}
+
+/// An error that no reasonable number of samples reaches.
+pub(super) fn beyond_reach(file: &str, wanted: f64, reached: f64) -> Warning {
+    // An error falls about as the number of samples to the power 0.6.
+    let samples = f64::from(MOST_FOR_ERROR) * libm::pow(reached / wanted, 1.0 / 0.6);
+    let more = if samples <= f64::from(MOST_SAMPLES) { ", or for that many --samples" } else { "" };
+    let wanted = if wanted < 1e-4 { format!("{wanted:e}") } else { wanted.to_string() };
+    let take = if samples < 1e15 { format!("about {samples:.1e}") } else { "more than 1e15".to_owned() };
+    Warning {
+        file: file.to_owned(),
+        line: None,
+        message: format!(
+            "an error of {wanted} was asked for and {reached:.2e} is reached with up to {MOST_FOR_ERROR} samples a pixel, the most \
+             that --max-error takes: it would take {take} samples a pixel; ask for a larger --max-error{more}"
+        ),
+    }
+}
+
+/// One line: what was made, how long it took, its error.
+pub(super) fn summary(path: &Path, stats: &Stats) -> String {
+    let error = match stats.estimated_rms_error {
+        Some(error) => format!("RMS error about {}", report::rms(error)),
+        None => "one sample a pixel: its error is unknown".to_owned(),
+    };
+    let samples = match stats.samples_per_pixel {
+        Samples { min: 1, max: 1, .. } => "1 sample each".to_owned(),
+        Samples { min, max, .. } if min == max => format!("{max} samples each"),
+        Samples { mean, min, max } => format!("{mean:.0} samples on average ({min} to {max})"),
+    };
+    format!(
+        "{}: {} x {} pixels, {samples}, {:.2} s ({:.2} s loading); {error}\n",
+        path.display(),
+        stats.width,
+        stats.height,
+        stats.render_seconds,
+        stats.load_seconds,
+    )
+}
