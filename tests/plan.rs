@@ -57,9 +57,13 @@ fn with_small(effect: EffectName, step: i32, seed: u64) -> Scene {
         EffectName::Diffraction => at((250.0 / size).max(1.5), seed, 1.0),
         _ => at(8.0, seed, 1.0),
     };
-    if seed.is_multiple_of(2) {
-        // A lamp, so that clipping has its say.
-        scene.surfaces.materials[3].emission = [12.0, 9.0, 5.0];
+    // Light brighter than white, so that clipping has its say: of a lamp, by exposure, of the sun, of the sky.
+    match seed {
+        0 | 2 => scene.surfaces.materials[3].emission = [12.0, 9.0, 5.0],
+        4 => scene.render.exposure_ev = 5.0,
+        5 => scene.sun.as_mut().unwrap().color *= 40.0,
+        6 => scene.sky.horizon = DVec3::splat(40.0),
+        _ => {}
     }
     match effect {
         EffectName::Falloff => scene.render.falloff = true,
@@ -81,7 +85,7 @@ fn with_small(effect: EffectName, step: i32, seed: u64) -> Scene {
 fn what_is_left_out_changes_the_picture_by_no_more_than_is_stated() {
     use EffectName::{ApertureShape, Defocus, Diffraction, Falloff, SoftShadows};
     for effect in [Defocus, ApertureShape, SoftShadows, Falloff, Diffraction] {
-        for seed in 0..4u64 {
+        for seed in 0..7u64 {
             // The largest that is left out.
             let small = (0..60).map(|step| with_small(effect, step, seed));
             let scene = small.into_iter().find(|scene| !RenderPlan::new(scene).active().has(effect)).unwrap();

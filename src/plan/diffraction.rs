@@ -2,8 +2,7 @@
 
 use super::asks;
 use super::reason::{digits, pixels};
-use super::seen::Seen;
-use super::small::View;
+use super::small::{View, brightest};
 use crate::scene::{EffectName, Scene};
 
 /// The first dark ring below this many pixels across is under the pixel's own filter: of a ring `D` pixels across, about
@@ -69,16 +68,4 @@ fn first_ring(scene: &Scene) -> f64 {
 /// The smallest ring that is seen with light of this brightness, pixels.
 fn threshold(view: &View<'_>, light: f64) -> f64 {
     view.scale * view.scale * AIRY_PX / light
-}
-
-/// The brightest light of their own that materials in view give, as shown; at least white.
-pub(super) fn brightest_seen(scene: &Scene, seen: &Seen) -> f64 {
-    brightest(scene, |material| seen.materials.get(material).is_some_and(|&is_seen| is_seen))
-}
-
-/// The brightest light of their own that materials of these numbers give, as shown; at least white.
-pub(super) fn brightest(scene: &Scene, counts: impl Fn(usize) -> bool) -> f64 {
-    let lights = scene.surfaces.materials.iter().enumerate().filter(|(number, _)| counts(*number));
-    let most = lights.flat_map(|(_, material)| material.emission).fold(0.0f32, f32::max);
-    (f64::from(most) * libm::exp2(scene.render.exposure_ev)).max(1.0)
 }

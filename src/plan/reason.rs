@@ -82,7 +82,11 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
             };
             let degrees = scene.sun.as_ref().map_or(0.0, |sun| sun.angular_diameter.as_degrees());
             let sun = if asked { format!("a sun of {} degrees, ", digits(degrees)) } else { String::new() };
-            (asked, is_seen, format!("{key}{sun}penumbra up to {width}, threshold {threshold} px"))
+            (
+                asked,
+                is_seen,
+                format!("{key}{sun}penumbra up to {width} square to the light, threshold {threshold} px"),
+            )
         }
         EffectName::ApertureShape => match scene.blades {
             None => (false, false, "no [camera.aperture] table: a disk, 0 blades, threshold 3".into()),

@@ -3,7 +3,7 @@
 
 use super::seen::{MARGIN, Seen};
 use super::{TOLERANCE, asks, diffraction, tolerance};
-use crate::scene::{EffectName, Scene, bounds};
+use crate::scene::{EffectName, Material, Scene, bounds};
 use glam::DVec3;
 use std::cell::OnceCell;
 
@@ -41,8 +41,10 @@ impl<'a> View<'a> {
     /// How bright the brightest light in view is; at least white, 1. Of a light so many times as bright so small a part makes
     /// a pixel white.
     pub(super) fn light(&self) -> f64 {
-        if diffraction::brightest(self.scene, |_| true) > 1.0 {
-            diffraction::brightest_seen(self.scene, self.seen())
+        if brightest(self.scene, |_| true) > 1.0 {
+            let is_seen =
+                |material: usize| self.seen().materials.get(material).is_some_and(|&is_seen| is_seen);
+            brightest(self.scene, is_seen)
         } else {
             1.0
         }
@@ -53,13 +55,15 @@ impl<'a> View<'a> {
         self.seen().blur.map_or(0.0, |blur| blur[0])
     }
 
-    /// Whether a blur reaches its threshold, which light makes smaller than the usual one, never larger.
-    fn has_blur_of(&self, usual: f64, threshold: impl Fn(&Self) -> f64) -> bool {
-        let has = |threshold: f64| match self.seen.get() {
-            Some(_) => self.blur() >= threshold,
-            None => Seen::has_blur_of(self.scene, threshold),
+    /// Whether a blur reaches its threshold, which light makes smaller than the usual one. (What is in view is asked for only where
+    /// the brightest light of the scene, in view or not, would make the difference.)
+    fn has_blur_of(&self, usual: f64) -> bool {
+        let has = |light: f64| match (self.seen.get(), self.scale * usual / light) {
+            (Some(_), threshold) => self.blur() >= threshold,
+            (None, threshold) => Seen::has_blur_of(self.scene, threshold),
         };
-        has(self.scale * usual) || (threshold(self) < self.scale * usual && has(threshold(self)))
+        let most = brightest(self.scene, |_| true);
+        has(1.0) || (most > 1.0 && has(most) && has(self.light()))
     }
 
     /// How wide the sun's disk is at a distance of one; 0 without a sun.
@@ -68,8 +72,8 @@ impl<'a> View<'a> {
         2.0 * libm::tan(half.min(1.5))
     }
 
-    /// The widest penumbra: the sun's disk over the longest way light can go between two surfaces, as large as it is drawn.
-    /// Pixels.
+    /// The widest penumbra: the sun's disk over the longest way light can go between two surfaces, as large as it is drawn, in
+    /// pixels. Measured square to the light: where that grazes a surface its penumbra is longer, and as much darker.
     pub(super) fn penumbra(&self) -> f64 {
         self.sun() * self.seen().shadow
     }
@@ -110,7 +114,10 @@ impl<'a> View<'a> {
     }
 
     pub(super) fn penumbra_threshold(&self) -> f64 {
-        self.scale * PENUMBRA_PX
+        let sun = self.scene.sun.as_ref().map_or(DVec3::ZERO, |sun| sun.color);
+        let given = |material: &Material| material.diffuse.map(f64::from).into_iter().fold(0.0, f64::max);
+        let most = self.scene.surfaces.materials.iter().map(given).fold(0.0, f64::max) * sun.max_element();
+        self.scale * PENUMBRA_PX / shown(self.scene, most)
     }
 
     pub(super) fn falloff_threshold(&self) -> f64 {
@@ -130,12 +137,9 @@ impl<'a> View<'a> {
     pub(super) fn is_small(&self, name: EffectName) -> bool {
         let scene = self.scene;
         match name {
-            EffectName::Defocus => {
-                !self.has_falloff_over_lens() && !self.has_blur_of(BLUR_PX, Self::blur_threshold)
-            }
+            EffectName::Defocus => !self.has_falloff_over_lens() && !self.has_blur_of(BLUR_PX),
             EffectName::ApertureShape => {
-                let shows =
-                    || self.has_falloff_over_lens() || self.has_blur_of(SHAPE_PX, Self::shape_threshold);
+                let shows = || self.has_falloff_over_lens() || self.has_blur_of(SHAPE_PX);
                 !(self.has_diffraction() || self.has_lens() && shows())
             }
             EffectName::SoftShadows => {
@@ -170,6 +174,20 @@ impl<'a> View<'a> {
         };
         FILM.map(less).into_iter().fold(0.0, f64::max) >= self.falloff_threshold()
     }
+}
+
+/// The brightest light that materials of these numbers give, their own and that of sun and sky, or the sky does itself, as shown;
+/// at least white.
+pub(super) fn brightest(scene: &Scene, counts: impl Fn(usize) -> bool) -> f64 {
+    let materials = scene.surfaces.materials.iter().enumerate().filter(|(number, _)| counts(*number));
+    let lights = materials.map(|(_, material)| f64::from(scene.most_light(material).max_element()));
+    let sky = scene.sky.horizon.max(scene.sky.zenith).max_element();
+    shown(scene, lights.fold(sky, f64::max))
+}
+
+/// So much light as the picture shows it, at least white.
+fn shown(scene: &Scene, light: f64) -> f64 {
+    (light * libm::exp2(scene.render.exposure_ev)).max(1.0)
 }
 
 /// The film's corners and centre.

@@ -82,7 +82,7 @@ impl Highlights {
     ) -> Self {
         let surfaces = &scene.surfaces;
         let (columns, rows) = (view.width.div_ceil(BLOCK) as usize, view.height.div_ceil(BLOCK) as usize);
-        let shown: Vec<Vec3> = brightness(scene, materials).into_iter().map(|light| light * gain).collect();
+        let shown: Vec<Vec3> = materials.iter().map(|material| scene.most_light(material) * gain).collect();
         let light_of = |t: usize| shown[surfaces.attributes[t].material as usize];
         let is_bright = |t: &usize| light_of(*t).max_element() >= BRIGHT;
         // One sample has no error stated.
@@ -334,14 +334,6 @@ fn free(
     let sight = Sight::new(shown, positions, view, shape);
     let of = |light: &Small| if is_rare(light) { sight.free(level, light.triangle as u32) } else { 1.0 };
     small.par_iter().map(of).collect()
-}
-
-/// The most light that comes from each material: its own, and what of sun and sky it gives back.
-fn brightness(scene: &Scene, materials: &[Material]) -> Vec<Vec3> {
-    let sun = scene.sun.as_ref().map_or(Vec3::ZERO, |sun| sun.color.as_vec3());
-    let light = scene.sky.ambient.as_vec3() + sun;
-    let of = |material: &Material| Vec3::from(material.emission) + Vec3::from(material.diffuse) * light;
-    materials.iter().map(of).collect()
 }
 
 /// Where a point is seen through the centre of the lens.
