@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::digest::{self, Digest};
 use super::mesh::NONE;
 use super::mtl::{self, Entry};
-use super::normalize::{Normalized, shown};
+use super::normalize::{LIBRARIES, Normalized, shown};
 use super::source::Source;
 use super::text::{readings, squeezed};
 use super::warnings::Warnings;
@@ -20,8 +20,8 @@ const MTLS_LIMIT: u64 = 8 << 20;
 /// of ours.
 const MEMORY_PER_BYTE: u64 = 120;
 
-/// Most `mtllib` statements that are followed.
-const STATEMENTS: usize = 256;
+/// Most files that one `mtllib` statement names.
+const NAMES: usize = 256;
 
 /// A material as written, and the library that it is in.
 pub(crate) struct Written {
@@ -60,15 +60,20 @@ pub(crate) fn read_libraries(
     let mut seen = BTreeSet::new();
     let mut left = MTLS_LIMIT.min(most / MEMORY_PER_BYTE);
     let (mut taken, mut is_short) = (0, false);
-    if let Some((_, line)) = normalized.libraries.get(STATEMENTS) {
+    if let Some((_, line)) = normalized.libraries.get(LIBRARIES) {
         warnings
             .add(file, Some(*line), "libraries", || "`mtllib` from here on is left out: too many".to_owned());
     }
-    for (rest, line) in normalized.libraries.iter().take(STATEMENTS) {
+    for (rest, line) in normalized.libraries.iter().take(LIBRARIES) {
         if readings(rest).all(str::is_empty) {
             warnings.add(file, Some(*line), "mtllib", || "`mtllib` names no file".to_owned());
         }
-        for (name, found) in split_names(source, rest, fences) {
+        let (names, are_all) = split_names(source, rest, fences);
+        if !are_all {
+            let message = || format!("`mtllib` names more than {NAMES} files: the others are left out");
+            warnings.add(file, Some(*line), "mtllib names", message);
+        }
+        for (name, found) in names {
             if found.as_ref().is_ok_and(|path| !seen.insert(path.clone())) {
                 continue;
             }
@@ -95,8 +100,12 @@ pub(crate) fn read_libraries(
     (list, (!is_short).then_some(taken))
 }
 
-/// The files that a `mtllib` names: one with spaces in its name, or several.
-fn split_names(source: &dyn Source, rest: &str, fences: &[PathBuf]) -> Vec<(String, Result<PathBuf>)> {
+/// The files that a `mtllib` names: one with spaces in its name, or several; and whether these are all.
+fn split_names(
+    source: &dyn Source,
+    rest: &str,
+    fences: &[PathBuf],
+) -> (Vec<(String, Result<PathBuf>)>, bool) {
     /// More words than this are taken one by one.
     const WORDS: usize = 16;
     let find = |name: &str| source.asset(&fences[0], name, fences);
@@ -104,27 +113,34 @@ fn split_names(source: &dyn Source, rest: &str, fences: &[PathBuf]) -> Vec<(Stri
     for name in readings(rest).filter(|name| !name.is_empty()) {
         let found = find(name);
         if found.is_ok() {
-            return vec![(name.to_owned(), found)];
+            return (vec![(name.to_owned(), found)], true);
         }
         whole = Some((name, found));
     }
-    let Some((name, error)) = whole else { return Vec::new() };
-    let words: Vec<&str> = name.split_whitespace().collect();
+    let Some((name, error)) = whole else { return (Vec::new(), true) };
+    let words: Vec<&str> = name.split_whitespace().take(NAMES).collect();
+    let are_all = name.split_whitespace().nth(NAMES).is_none();
     let mut list = Vec::new();
     let mut begin = 0;
     while begin < words.len() {
         let most = if words.len() > WORDS { begin + 1 } else { words.len() };
-        let longest = (begin + 1..=most).rev().map(|end| (words[begin..end].join(" "), end));
-        let found = longest.map(|(name, end)| (find(&name), name, end)).find(|(found, ..)| found.is_ok());
-        let (found, name, end) =
-            found.unwrap_or_else(|| (find(words[begin]), words[begin].to_owned(), begin + 1));
+        // The longest that there is, or else one word.
+        let mut end = most;
+        let (name, found) = loop {
+            let name = words[begin..end].join(" ");
+            let found = find(&name);
+            if found.is_ok() || end == begin + 1 {
+                break (name, found);
+            }
+            end -= 1;
+        };
         list.push((name, found));
         begin = end;
     }
     if list.iter().all(|(_, found)| found.is_err()) {
-        return vec![(name.to_owned(), error)];
+        return (vec![(name.to_owned(), error)], are_all);
     }
-    list
+    (list, are_all)
 }
 
 /// Which materials faces use.

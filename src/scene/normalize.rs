@@ -106,7 +106,10 @@ pub(crate) fn normalize(
             }
             "mtllib" => {
                 let (rest, libraries) = (statement.rest(), &mut work.out.libraries);
-                if libraries.iter().rev().take(64).all(|(known, _)| known != rest) {
+                // One more than are followed, to be told of.
+                if libraries.len() <= LIBRARIES
+                    && libraries.iter().rev().take(64).all(|(known, _)| known != rest)
+                {
                     libraries.push((rest.to_owned(), statement.line));
                 }
             }
@@ -116,6 +119,9 @@ pub(crate) fn normalize(
     let _ = out.send(work.text);
     Ok(work.out)
 }
+
+/// Most `mtllib` statements that are followed.
+pub(super) const LIBRARIES: usize = 256;
 
 /// One corner: vertex, texture coordinate and normal, from 0, if named and in range.
 type Corner = [Option<i64>; 3];

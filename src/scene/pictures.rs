@@ -113,7 +113,7 @@ fn read(source: &dyn Source, path: &Path, what_for: Use, expected: Cost) -> Deco
     }
 }
 
-/// What each file will take; nothing for one that cannot be read or decoded, which says so when it is.
+/// What each file will take: one that cannot be decoded is read all the same, and then says so; nothing for one that cannot be read.
 fn costs(source: &dyn Source, wanted: &[(PathBuf, Use)], most: u64) -> Result<Vec<Cost>> {
     let lengths: Vec<Cost> = wanted
         .iter()
@@ -127,9 +127,9 @@ fn costs(source: &dyn Source, wanted: &[(PathBuf, Use)], most: u64) -> Result<Ve
     while costs.len() < wanted.len() {
         let begin = costs.len();
         let some = &wanted[begin..begin + next_group(&lengths[begin..], most.min(HEADS))];
-        costs.par_extend(some.par_iter().map(|(path, _)| {
+        costs.par_extend(some.par_iter().zip(&lengths[begin..]).map(|((path, _), &length)| {
             let bytes = source.read(path, PICTURE_LIMIT).ok();
-            bytes.and_then(|bytes| cost(&bytes, path).ok()).unwrap_or_default()
+            bytes.and_then(|bytes| cost(&bytes, path).ok()).unwrap_or(length)
         }));
     }
     Ok(costs)
@@ -163,5 +163,13 @@ mod tests {
         assert_eq!(next_group(&costs, 6), 2.min(2 * rayon::current_num_threads()));
         assert_eq!(next_group(&costs[2..], 6), 1, "alone, to be refused");
         assert_eq!(next_group(&costs[3..], 6), 1);
+    }
+
+    #[test]
+    fn what_is_no_picture_is_read_and_so_takes_its_length() {
+        let source = crate::scene::Memory::new().with("k.png", vec![0; 1000]);
+        let wanted = ["k.png", "none.png"].map(|name| (PathBuf::from(name), Use::Diffuse));
+        let costs = costs(&source, &wanted, u64::MAX).expect("they fit");
+        assert_eq!(costs.iter().map(|cost| cost.working).collect::<Vec<_>>(), [1000, 0]);
     }
 }

@@ -14,6 +14,8 @@ pub(super) struct Counts {
     pub(super) normals: i64,
     faces: u64,
     corners: u64,
+    /// Statements of materials and libraries, and the bytes of their names.
+    names: [u64; 2],
 }
 
 impl Counts {
@@ -29,6 +31,10 @@ impl Counts {
                 "v" => counts.positions += 1,
                 "vt" => counts.texcoords += 1,
                 "vn" => counts.normals += 1,
+                "usemtl" | "mtllib" => {
+                    counts.names[0] += 1;
+                    counts.names[1] += statement.rest().len() as u64;
+                }
                 "f" => {
                     counts.faces += 1;
                     counts.corners += statement.operands().count() as u64;
@@ -41,10 +47,12 @@ impl Counts {
     }
 
     /// What reading takes at its peak besides the texts, in bytes: for each record `tobj`'s list, hash map and copy, and
-    /// ours; for each face two lists that may have grown to double; for each corner its indices twice and a triangle.
+    /// ours; for each face two lists that may have grown to double; for each corner its indices twice and a triangle; each name
+    /// twice, and a place in a list and in a map.
     pub(super) fn memory(&self) -> u64 {
         let records = (self.positions + self.texcoords + self.normals).unsigned_abs();
-        records * 160 + self.faces * 320 + self.corners * 96
+        let [names, bytes] = self.names;
+        records * 160 + self.faces * 320 + self.corners * 96 + names * 160 + bytes * 2
     }
 
     /// Asks for the memory that reading takes at its peak, all at once, and gives it back: better a refusal now than
@@ -76,5 +84,13 @@ mod tests {
             counts.check_memory(1 << 20, u64::MAX).expect_err("too large").kind(),
             ErrorKind::TooLarge
         );
+    }
+
+    #[test]
+    fn names_are_counted_before_they_are_kept() {
+        let obj: String = (0..1000).map(|i| format!("usemtl {i:07}\n")).collect();
+        let counts = Counts::of_file(obj.as_bytes(), u64::MAX).expect("counted");
+        assert_eq!(counts.memory(), 1000 * (160 + 2 * 7));
+        assert!(Counts::of_file(obj.as_bytes(), 100_000).is_err());
     }
 }
