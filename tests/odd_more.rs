@@ -40,6 +40,13 @@ fn judge(wrong: &mut Vec<String>, what: &str, files: Vec<(&str, Vec<u8>)>, expec
     }
 }
 
+/// A face with so many teeth, each as far aslant as the whole is wide: 2 corners each, and 3.
+fn teeth(count: usize) -> String {
+    let teeth: String = (0..count).map(|i| format!("v {i} 0 0\nv {} 1 0\n", i + count)).collect();
+    let corners: String = (1..=2 * count + 3).map(|i| format!(" {i}")).collect();
+    format!("{teeth}v {count} 0 0\nv {count} -1 0\nv 0 -1 0\nf{corners}\n")
+}
+
 #[test]
 fn odd_meshes_load_warn_or_fail_as_the_rules_say() {
     let with = |rest: &str| vec![("a.obj", format!("{V}{rest}").into_bytes())];
@@ -71,6 +78,18 @@ fn odd_meshes_load_warn_or_fail_as_the_rules_say() {
         ("an empty face", with("f\nf 1 2 3\n"), Warns(1, "fewer than three")),
         ("comment inside a face", with("f 1 2 3 # 4\n"), Loads(1)),
         ("comment glued to a corner", with("f 1 2 3#4\n"), Loads(1)),
+        ("a comment that ends in a back slash", with("f 1 2 3 # of C:\\models\\\nf 1 3 4\n"), Loads(2)),
+        ("the same, glued to a corner", with("f 1 2 3#C:\\models\\\nf 1 3 4\n"), Loads(2)),
+        (
+            "a library of a million words",
+            with(&format!("mtllib{}\nf 1 2 3\n", " a".repeat(1_000_000))),
+            Warns(1, "more than 256"),
+        ),
+        (
+            "an outline of ten thousand slanted teeth",
+            bytes(teeth(10_000).as_bytes()),
+            Warns(20_001, "too tangled"),
+        ),
         ("continued comment does not continue", with("# c \\\nf 1 2 3\n"), Loads(1)),
         ("normal index only beyond", with("vn 0 0 1\nf 1//1 2//1 3//2\n"), Warns(1, "normal")),
         ("nan normal, used", with("vn nan 0 0\nf 1//1 2//1 3//1\n"), Warns(1, "normal")),

@@ -168,7 +168,7 @@ pub(crate) fn build(
             list.filter(|list| list.len() == face.corners).map_or([NONE; 3], |list| of.map(|i| list[i]))
         };
         let before = work;
-        triangulate(&corners, &mut work, |of| {
+        let is_enough = triangulate(&corners, &mut work, |of| {
             geometry.triangles.push(Triangle {
                 positions: pick(Some(indices), of),
                 normals: pick(normals, of),
@@ -180,6 +180,9 @@ pub(crate) fn build(
             let message =
                 || "the outlines of faces from here on are too tangled and may be filled wrongly".to_owned();
             warnings.add(file, Some(face.line), "tangled", message);
+        } else if !is_enough && work > 0 {
+            let message = || "the outline of this face is too tangled and may be filled wrongly".to_owned();
+            warnings.add(file, Some(face.line), "tangled face", message);
         }
     }
     Ok(geometry)

@@ -127,7 +127,7 @@ impl<'a> Iterator for Statements<'a> {
             if first.is_empty() || first.starts_with(b"#") {
                 continue;
             }
-            let text = match first.strip_suffix(b"\\") {
+            let text = match continued(first) {
                 None => decoded(first),
                 Some(begun) => {
                     let mut whole = begun.to_vec();
@@ -138,7 +138,7 @@ impl<'a> Iterator for Statements<'a> {
                             self.at = self.bytes.len();
                             return None;
                         }
-                        let end = next.strip_suffix(b"\\");
+                        let end = continued(next);
                         whole.push(b' ');
                         whole.extend_from_slice(end.unwrap_or(next));
                         if end.is_none() {
@@ -157,6 +157,17 @@ impl<'a> Iterator for Statements<'a> {
             }
         }
     }
+}
+
+/// What a line that goes on with the next says itself; none for one that ends with its end, as one with a comment does: Windows paths
+/// end in a back slash.
+fn continued(line: &[u8]) -> Option<&[u8]> {
+    let begun = line.strip_suffix(b"\\")?;
+    // Names may hold the sign; numbers do not.
+    let keyword = line.split(|byte| byte.is_ascii_whitespace()).next();
+    let is_numbers = keyword.is_some_and(|word| [&b"v"[..], b"vt", b"vn", b"f"].contains(&word));
+    let is_comment = |at: usize| is_numbers || at == 0 || line[at - 1].is_ascii_whitespace();
+    (!memchr::memchr_iter(b'#', line).any(is_comment)).then_some(begun)
 }
 
 fn decoded(bytes: &[u8]) -> Cow<'_, str> {

@@ -20,24 +20,28 @@ const WORK_PER_CORNER: u64 = 2000;
 pub(crate) const WORK_PER_FILE: u64 = 1 << 29;
 
 /// Cuts the polygon with these corners into `corners.len() - 2` triangles of corner numbers, in its own direction,
-/// and hands each to `emit`. What is left of `work` bounds the effort; beyond it the rest becomes a fan.
-pub(crate) fn triangulate(corners: &[DVec3], work: &mut u64, mut emit: impl FnMut([usize; 3])) {
+/// and hands each to `emit`. What is left of `work` bounds the effort, and so many looks at each corner; beyond that the rest is cut off
+/// corner by corner. Tells whether it was enough.
+pub(crate) fn triangulate(corners: &[DVec3], work: &mut u64, mut emit: impl FnMut([usize; 3])) -> bool {
     let n = corners.len();
     if n == 3 {
         emit([0, 1, 2]);
-        return;
+        return true;
     }
     let Some(points) = flattened(corners) else {
-        return (2..n).for_each(|i| emit([0, i - 1, i]));
+        (2..n).for_each(|i| emit([0, i - 1, i]));
+        return true;
     };
     let turn = |i: usize| orient(points[(i + n - 1) % n], points[i], points[(i + 1) % n]);
     if (0..n).all(|i| turn(i) >= 0.0) {
-        return (2..n).for_each(|i| emit([0, i - 1, i]));
+        (2..n).for_each(|i| emit([0, i - 1, i]));
+        return true;
     }
     let mut clipper = Clipper::new(&points, (*work).min(WORK_PER_CORNER.saturating_mul(n as u64)));
     let granted = clipper.work;
     clipper.run(&mut emit);
     *work -= granted - clipper.work;
+    clipper.work > 0
 }
 
 /// The corners in a plane, counter-clockwise, within 2 of the origin; none when the polygon has no area.
