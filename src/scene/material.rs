@@ -55,9 +55,15 @@ impl Material {
         if textures && let Some(map) = &self.diffuse_map {
             let mean = map.mean();
             self.diffuse = std::array::from_fn(|i| self.diffuse[i] * mean[i]);
-            // Its holes stay.
+            // Its holes stay, and those of the other map.
             let holed = self.diffuse_map.take().filter(|map| map.has_holes);
-            self.opacity_map = self.opacity_map.take().or(holed);
+            match (&self.opacity_map, holed) {
+                (Some(opacity), Some(map)) if opacity.has_holes => {
+                    self.diffuse_map = Some(Arc::new(map.white()))
+                }
+                (_, Some(map)) => self.opacity_map = Some(map),
+                (_, None) => {}
+            }
         }
     }
 
@@ -79,5 +85,29 @@ impl Material {
     /// The diffuse reflectance of a material without `Kd`: the map's own where there is one.
     pub(crate) fn diffuse_without_kd(has_map: bool) -> [f32; 3] {
         [if has_map { 1.0 } else { DEFAULT_DIFFUSE }; 3]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Level;
+
+    #[test]
+    fn holes_stay_where_colours_are_left_out() {
+        let texture = |texel: [u16; 4]| {
+            let texels = vec![texel, [0, 0, 0, u16::MAX]];
+            Arc::new(Texture::from_level(Level { width: 2, height: 1, texels }).unwrap())
+        };
+        let (holed, whole) = (texture([u16::MAX, 0, 0, 0]), texture([u16::MAX; 4]));
+        for (opacity, holes) in [(None, 1), (Some(&whole), 1), (Some(&holed), 2)] {
+            let (diffuse_map, opacity_map) = (Some(Arc::clone(&holed)), opacity.cloned());
+            let mut material = Material { diffuse_map, opacity_map, ..Material::default_surface() };
+            material.leave_out(true, false, false);
+            assert_eq!(material.holed_maps().count(), holes);
+            let is_white =
+                |map: &Arc<Texture>| map.levels[0].texels.iter().all(|texel| texel[..3] == [u16::MAX; 3]);
+            assert!(material.diffuse_map.as_ref().is_none_or(is_white));
+        }
     }
 }

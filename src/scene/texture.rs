@@ -85,6 +85,15 @@ impl Texture {
         Self { levels, has_holes: false, smooth, outlines: Vec::new() }
     }
 
+    /// The same with all of it white, for its holes alone.
+    pub(crate) fn white(&self) -> Self {
+        let mut levels = self.levels.to_vec();
+        for texel in levels.iter_mut().flat_map(|level| &mut level.texels) {
+            texel[..3].fill(u16::MAX);
+        }
+        Self { levels: levels.into(), smooth: Arc::default(), ..self.clone() }
+    }
+
     /// Bytes of memory that it takes.
     pub(crate) fn bytes(&self) -> u64 {
         let outlines: u64 = self.outlines.iter().map(|outline| outline.fours().len() as u64).sum();
