@@ -26,6 +26,7 @@ pub enum ErrorKind {
 /// An amount of memory in words: `350 MB`, `2.9 GB`.
 pub(crate) fn memory(bytes: u64) -> String {
     match bytes as f64 {
+        bytes if bytes < 9.95e5 => format!("{:.0} kB", bytes / 1e3),
         bytes if bytes < 9.95e8 => format!("{:.0} MB", bytes / 1e6),
         bytes => format!("{:.1} GB", bytes / 1e9),
     }

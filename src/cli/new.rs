@@ -61,7 +61,7 @@ fn measure(source: &dyn Source, model: &Path) -> Result<Statistics> {
     let name = model.file_name().unwrap_or_default().to_string_lossy();
     let progress = Progress::new();
     let tell = |what: &str, done: u64, total: u64| progress.tell(what, done, total);
-    let mut loader = AssetLoader::new(source, folder).with_progress(&tell);
+    let mut loader = AssetLoader::new(source, folder).shapes_only().with_progress(&tell);
     let loaded = loader.load_obj(&name);
     progress.finish();
     let loaded = loaded?;

@@ -66,12 +66,12 @@ impl<'a> AssetLoader<'a> {
 
     /// Leaves out the pictures of materials: what has shape is loaded, not what it looks like.
     #[must_use]
-    pub(crate) fn shapes_only(mut self) -> Self {
+    pub fn shapes_only(mut self) -> Self {
         self.shapes_only = true;
         self
     }
 
-    /// Limits the memory that loading may take, and what is loaded, to `bytes` (else to [`Source::room`]).
+    /// Limits the memory that loading may take, and what is loaded, to `bytes` or to [`Source::room`] if that is less.
     #[must_use]
     pub fn with_memory(mut self, bytes: u64) -> Self {
         self.memory = self.memory.min(bytes);

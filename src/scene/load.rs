@@ -96,7 +96,7 @@ pub struct LoadSettings<'a> {
     pub width: Option<u32>,
     /// Threads to load on; `None` for as many as the machine has.
     pub threads: Option<usize>,
-    /// Most memory that loading may take, and what is loaded, in bytes; `None` for [`Source::room`].
+    /// Most memory that loading may take, and what is loaded, in bytes; never more than [`Source::room`], which alone counts for `None`.
     pub memory: Option<u64>,
 }
 

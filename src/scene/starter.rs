@@ -14,7 +14,8 @@ pub use super::starter_measure::{Cover, Statistics, measure};
 
 /// The text of a scene with the model `model_path` (as the scene file shall name it) in the frame.
 ///
-/// It reads as a valid scene for every `statistics` and every relative path.
+/// It reads as a valid scene for every relative path without control characters, and all bounds that a scene can have its camera before
+/// (1e12 m).
 pub fn scene_for(statistics: &Statistics, model_path: &str) -> String {
     let finite = statistics.bounds.iter().all(|corner| corner.is_finite());
     let [lo, hi] = if finite { statistics.bounds } else { [DVec3::ZERO, DVec3::ONE] };
