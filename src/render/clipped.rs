@@ -228,11 +228,23 @@ pub(super) fn missed_rim(n: u32, light: f64, room: f64) -> f64 {
     }
     let n = f64::from(n);
     let full = (room / light).min(1.0);
-    // Up to `full` by parts, three times; beyond, all of the room.
     let power = |k: f64| libm::pow(1.0 - full, n + k) / (n + k);
-    let begins = 1.0 / (n + 1.0) - 2.0 / (n + 2.0) + 1.0 / (n + 3.0);
-    let ends = power(1.0) - 2.0 * power(2.0) + power(3.0);
-    (light * light * (begins - ends) + room * room * power(1.0)).max(0.0)
+    // Beyond `full` all of the room; up to it by parts, three times, or as a series of `full`, where those would cancel.
+    let beyond = room * room * power(1.0);
+    let rising = if full * n < 0.5 {
+        let (mut sum, mut term) = (0.0, 1.0);
+        for k in 0..16 {
+            let k = f64::from(k);
+            sum += term / (k + 3.0);
+            term *= -full * (n - k) / (k + 1.0);
+        }
+        room * room * full * sum
+    } else {
+        let begins = 1.0 / (n + 1.0) - 2.0 / (n + 2.0) + 1.0 / (n + 3.0);
+        let ends = power(1.0) - 2.0 * power(2.0) + power(3.0);
+        light * light * (begins - ends)
+    };
+    (rising + beyond).max(0.0)
 }
 
 #[cfg(test)]
@@ -343,6 +355,12 @@ mod tests {
                 .sum();
             let wanted = sum / f64::from(steps);
             assert!((missed_rim(n, light, room) / wanted - 1.0).abs() < 1e-3, "{n} {light} {room}");
+        }
+        // So bright that all but nothing of the pixel is enough: the integral of (1 - p)^n.
+        for (n, light) in [(4, 3e5), (4, 1e8), (16, 1e8), (64, 1e6), (64, 1e9), (1 << 20, 1e15)] {
+            let wanted = 0.81 / (f64::from(n) + 1.0);
+            let found = missed_rim(n, light, 0.9);
+            assert!((found / wanted - 1.0).abs() < 1e-3, "{n} {light}: {found} {wanted}");
         }
     }
 
