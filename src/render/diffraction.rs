@@ -22,7 +22,7 @@ use rayon::prelude::*;
 const CLASSES: [f64; 3] = [0.8, 0.97, 1.0];
 
 /// Shares of the light by distance, for lights that samples may miss.
-const RINGS: [f64; 5] = [0.8, 0.91, 0.97, 0.99, 1.0];
+pub(super) const RINGS: [f64; 5] = [0.8, 0.91, 0.97, 0.99, 1.0];
 
 /// The pattern of a picture's aperture on its film.
 pub(super) struct FilmDiffraction {

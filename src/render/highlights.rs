@@ -70,6 +70,16 @@ pub(super) struct Highlights {
 }
 
 impl Highlights {
+    /// What they take for each block and disk of light.
+    pub(super) const BLOCK_BYTES: u64 = size_of::<Light>() as u64;
+
+    /// Whether some of a scene's materials are bright enough.
+    pub(super) fn may_be_any(scene: &Scene) -> bool {
+        let gain = libm::exp2(scene.render.exposure_ev) as f32;
+        let most = |material: &Material| (scene.most_light(material) * gain).max_element();
+        scene.surfaces.materials.iter().any(|material| most(material) >= BRIGHT)
+    }
+
     /// `positions` are those of the surfaces, in the lens frame. Diffraction spreads light over `disks`. A pixel has
     /// `samples` at least. What stands before a light that few samples meet keeps its part away.
     pub(super) fn new(
@@ -140,7 +150,11 @@ impl Highlights {
                     row[column].add(&left, 1.0);
                 }
             }
-            lights.chunks(stride).flat_map(|row| row[..columns].to_vec()).collect()
+            for row in 0..rows {
+                lights.copy_within(row * stride..row * stride + columns, row * columns);
+            }
+            lights.truncate(rows * columns);
+            lights
         };
         Self { columns, lights: disks.iter().map(of_disk).collect() }
     }

@@ -1,8 +1,11 @@
 //! Memory that drawing takes, asked for before it is used: sizes in, an error or go-ahead out.
 
+use super::diffraction::RINGS;
+use super::highlights::Highlights;
 use super::picture::Sequence;
 use super::{Execution, too_large};
 use crate::error::{Error, ErrorKind, Result, memory};
+use crate::picture::BLOCK;
 use crate::raster::TILE;
 use crate::raster::bin::{Bins, MOST_SURFACES};
 use crate::sampling::Diffraction;
@@ -67,7 +70,15 @@ impl Room {
         let shadows = scene.sun.as_ref().is_some_and(|sun| sun.shadows);
         let shadows = if shadows { count(vertices) * 12 + count(triangles) * 120 } else { 0 };
         let pattern = if scene.render.diffraction { Diffraction::MEMORY } else { 0 };
+        // Before they are compacted twice as much.
+        let lights = if Highlights::may_be_any(scene) {
+            let disks = if scene.render.diffraction { RINGS.len() as u64 } else { 1 };
+            pixels / u64::from(BLOCK * BLOCK) * (disks + 1) * Highlights::BLOCK_BYTES
+        } else {
+            0
+        };
         let shared = pattern
+            + lights
             + shadows
             + pixels * pixel
             + count(vertices) * (24 + 8 * CELLS)
