@@ -193,7 +193,8 @@ impl Optics {
     pub fn hinge_distance(&self) -> Option<f64> {
         let across = self.n.cross(self.a);
         // Squares of sines below 1e-154 underflow.
-        let scale = if across.abs().max_element() < 1e-140 { f64::MIN_POSITIVE } else { 1.0 };
+        let largest = across.abs().max_element();
+        let scale = if largest > 0.0 && largest < 1e-140 { largest } else { 1.0 };
         let sine = (across / scale).length();
         let distance = self.f / sine / scale;
         (sine > 0.0 && distance.is_finite()).then_some(distance)

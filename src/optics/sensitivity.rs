@@ -42,6 +42,10 @@ impl Optics {
     /// How far the plane of sharp focus moves at its far end with a small change of the camera. `None` where no sharp point
     /// of the nine is finite and in front of the lens.
     pub fn sensitivity(&self) -> Option<Sensitivity> {
+        // At infinity no point is sharp: what rounding makes of its place is none.
+        if self.focus_plane().m == DVec3::ZERO {
+            return None;
+        }
         let film = self.camera.film;
         let (w, h) = (0.5 * film.width.as_metres(), 0.5 * film.height.as_metres());
         let mut far_end: Option<DVec3> = None;
@@ -107,5 +111,15 @@ mod tests {
     fn nothing_finite_in_sight_is_none() {
         assert_eq!(optics(0.0, 150.0).sensitivity(), None);
         assert!(optics(6.0, 152.3).sensitivity().is_some());
+        // Both standards turned alike and focused at infinity: what rounding leaves of the weights is no place.
+        for tenth in 1..300 {
+            let mut camera = *optics(f64::from(tenth) / 10.0, 150.0).camera();
+            camera.rear.tilt = camera.front.tilt;
+            let sharp = Optics::new(&camera).unwrap();
+            let along = camera.extension.as_metres() / sharp.axis().dot(-sharp.film_center()) * 0.15;
+            camera.extension = Length::metres(along);
+            let sharp = Optics::new(&camera).unwrap();
+            assert_eq!(sharp.sensitivity().is_some(), sharp.focus_plane().m != DVec3::ZERO, "{tenth}");
+        }
     }
 }

@@ -27,6 +27,7 @@ pub fn all() -> Vec<Case> {
         case("tilt 1e-6", "half of the digits of cos are gone", FOCUS, tilt(1e-6)),
         case("tilt 1e-6, J", "1 - cos = 1.5e-16", J, tilt(1e-6)),
         case("tilt 1e-160", "sines whose squares underflow", J, tilt(1e-160)),
+        case("tilt 1e-145", "sines whose squares overflow once scaled by the least number", J, tilt(1e-145)),
         case(
             "tilt 1e-300, plane",
             "products of sines underflow",
