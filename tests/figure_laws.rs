@@ -279,6 +279,10 @@ fn check(kind: &str, camera: &Camera, what: &str) {
                     }
                 }
                 check_limit_rays(panel, &own, circle, what);
+                for p in panel.all("film").iter().flat_map(|part| part.segments.iter().flatten()) {
+                    let off = off(panel, &own, own.film_plane(), *p);
+                    assert!(off.abs() < 0.02, "{what}: the film is drawn {off} mm off");
+                }
             }
             _ => {
                 check_panel(panel, camera, circle, what);

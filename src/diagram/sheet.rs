@@ -159,11 +159,19 @@ impl<'a> Sheet<'a> {
             page: self.size,
             background: self.background.then_some(self.theme.paper),
             recoloring: self.theme.recoloring(),
-            title: plain(title),
-            description,
+            title: storable(&plain(title)),
+            description: storable(&description),
             items: self.items,
         })
     }
+}
+
+/// Text as every kind of file can hold it: what XML cannot is left out. (What is drawn has passed the lettering, which knows no such
+/// characters.)
+fn storable(text: &str) -> String {
+    let is_storable =
+        |c: &char| matches!(c, '\n' | '\t') || !(c.is_control() || ('\u{fffe}'..='\u{ffff}').contains(c));
+    text.chars().filter(is_storable).collect()
 }
 
 /// Marked text without its marks.

@@ -103,13 +103,17 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     stage::end(&stage, sheet, frame, "How pictures add up", &sentences)
 }
 
-/// A point's image through a lens point, as height on the film along the section, metres.
+/// A point's image through a lens point, as height on the film along its trace in the section, metres.
 fn height(scene: &Scene, lens: DVec3, point: DVec3) -> f64 {
     let image = scene.optics.film_image(lens, point);
     let (fx, fy) = scene.optics.film_axes();
     let at = (fx * image.x + fy * image.y) / image.z;
-    let [_, up] = scene.section.project(at);
-    up
+    // The way of the film in the section: of its axes, the one that shows more of itself there.
+    let [x, y] = [fx, fy].map(|axis| scene.section.project(axis));
+    let long = |[right, up]: [f64; 2]| libm::hypot(right, up);
+    let way = if long(y) >= long(x) { y } else { x };
+    let image = scene.section.project(at);
+    (image[0] * way[0] + image[1] * way[1]) / long(way)
 }
 
 fn spread(scene: &Scene, lens: &[DVec3], point: DVec3) -> f64 {

@@ -196,7 +196,7 @@ fn labels(values: &[f64], scale: Scale) -> Vec<String> {
     let exponent = libm::floor(libm::log10(large.max(1e-300)) + 1e-9) as i32;
     if !(-4..=5).contains(&exponent) {
         let unit = power(exponent);
-        let decimals = decimals(step / unit);
+        let decimals = decimals_of(values.iter().map(|v| v / unit), step / unit);
         return values
             .iter()
             .map(|&v| match v == 0.0 {
@@ -207,7 +207,8 @@ fn labels(values: &[f64], scale: Scale) -> Vec<String> {
             })
             .collect();
     }
-    values.iter().map(|&v| number(v, decimals(step))).collect()
+    let decimals = decimals_of(values.iter().copied(), step);
+    values.iter().map(|&v| number(v, decimals)).collect()
 }
 
 fn is_power(value: f64) -> bool {
@@ -225,15 +226,28 @@ fn decimals(step: f64) -> usize {
         .unwrap_or(12) as usize
 }
 
+/// Decimals that all of these values need, and a step between them.
+fn decimals_of(values: impl Iterator<Item = f64>, step: f64) -> usize {
+    values.filter(|&value| value != 0.0).map(|value| decimals(value.abs())).fold(decimals(step), usize::max)
+}
+
 fn number(value: f64, decimals: usize) -> String {
     let text = format!("{:.decimals$}", value.abs());
     let is_zero = text.chars().all(|c| matches!(c, '0' | '.'));
     if value < 0.0 && !is_zero { format!("−{text}") } else { text }
 }
 
-/// As short as it can be exactly.
+/// As short as it can be exactly; what would be zeros and little else, with a power of ten.
 fn plain(value: f64) -> String {
-    number(value, decimals(value.abs().max(1e-12)))
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if value.abs() >= 1e-9 {
+        return number(value, decimals(value.abs()));
+    }
+    let exponent = libm::floor(libm::log10(value.abs()) + 1e-9);
+    let digits = value / power(exponent as i32);
+    format!("{}·10*^{{{}}}*", number(digits, decimals(digits.abs())), number(exponent, 0))
 }
 
 #[cfg(test)]
@@ -257,6 +271,17 @@ mod tests {
         assert_eq!(majors(2.0, 9.0, Scale::Log, 6.0), "1 2 5 10");
         assert_eq!(majors(0.0, 3e7, Scale::Linear, 4.0), "0 1·10*^{7}* 2·10*^{7}* 3·10*^{7}*");
         assert_eq!(majors(5.0, 5.0, Scale::Linear, 4.0), "2 4 6 8");
+    }
+
+    #[test]
+    fn labels_say_the_values_that_they_stand_at() {
+        let written = |values: &[f64], scale| labels(values, scale).join(" ");
+        assert_eq!(written(&[0.5, 1.5, 2.5], Scale::Linear), "0.5 1.5 2.5");
+        assert_eq!(written(&[0.25, 0.75], Scale::Linear), "0.25 0.75");
+        assert_eq!(written(&[0.5], Scale::Linear), "0.5");
+        assert_eq!(written(&[0.0, 0.5, 1.0], Scale::Log), "0 0.5 1");
+        assert_eq!(written(&[1e-14, 5e-14], Scale::Log), "1·10*^{−14}* 5·10*^{−14}*");
+        assert_eq!(written(&[0.0, 0.1, 0.1 + 0.2], Scale::Linear), "0.0 0.1 0.3");
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //! ones are nothing; lines that begin with `#` are comments. JSON: an array of objects (a row each), or an object of
 //! arrays (a column each), found under a JSON pointer where it is not the whole document.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, ErrorKind, Result};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -136,6 +136,17 @@ fn push(cells: &mut [String], c: char) {
     }
 }
 
+/// Most cells of a table: of files as large as are read, only ones with columns that hardly any row has have more.
+const CELLS: usize = 1 << 22;
+
+fn too_many_cells() -> Error {
+    Error::new(
+        ErrorKind::TooLarge,
+        format!("the table has more than {CELLS} cells, those that are empty included"),
+    )
+    .remedy("leave out columns, or give each a table of its own")
+}
+
 fn json(text: &str, pointer: Option<&str>) -> Result<Table> {
     let whole: Value = serde_json::from_str(text)
         .map_err(|error| Error::invalid(format!("not JSON: {error}")).at_line(error.line().max(1)))?;
@@ -158,6 +169,9 @@ fn json(text: &str, pointer: Option<&str>) -> Result<Table> {
                     column.resize(i, Cell::Nothing);
                     column.push(Cell::of_json(value));
                 }
+                if table.columns.len().saturating_mul(i + 1) > CELLS {
+                    return Err(too_many_cells());
+                }
             }
             let rows = rows.len();
             table.columns.values_mut().for_each(|column| column.resize(rows, Cell::Nothing));
@@ -169,6 +183,9 @@ fn json(text: &str, pointer: Option<&str>) -> Result<Table> {
                 }
             }
             let rows = table.rows();
+            if table.columns.len().saturating_mul(rows) > CELLS {
+                return Err(too_many_cells());
+            }
             table.columns.values_mut().for_each(|column| column.resize(rows, Cell::Nothing));
         }
         _ => {
@@ -204,5 +221,11 @@ mod tests {
         assert!(wrong("{", "t.json").contains("t.json:1"));
         assert!(wrong("3", "t.json").contains("array of objects"));
         assert!(wrong("", "t.xls").contains(".csv"));
+        // Each row with a column of its own.
+        let rows: Vec<String> = (0..3000).map(|row| format!("{{\"{row}\": 1}}")).collect();
+        assert!(wrong(&format!("[{}]", rows.join(",")), "t.json").contains("more than 4194304 cells"));
+        let columns: Vec<String> = (0..3000).map(|column| format!("\"{column}\": []")).collect();
+        let long = format!("{{\"long\": [{}], {}}}", vec!["0"; 3000].join(","), columns.join(","));
+        assert!(wrong(&long, "t.json").contains("more than 4194304 cells"));
     }
 }

@@ -197,15 +197,18 @@ fn confusion(scene: &Scene, circle: f64, frame: [f64; 4]) -> Result<(Group, crat
         "chief-ray",
         vec![Shape::line(along_axis[0], along_axis[1], broken(theme.quiet, theme::THIN, theme::AXIS))],
     );
-    let at = page(center);
-    let (upper, lower) = ([at[0], panel.frame[1]], [at[0], panel.frame[3]]);
-    canvas.part("film", vec![Shape::line(upper, lower, solid(theme.film.line, theme::HEAVY))]);
-    canvas.avoid(upper, lower, theme::HEAVY, Weight::Heavy);
-    canvas.label(Label::new(
-        "film",
-        theme.ink,
-        vec![[at[0], panel.frame[1] + 4.0], [at[0], panel.frame[3] - 4.0]],
-    ));
+    // Where the film cuts the section: aslant, where the middle ray meets it so.
+    let along_film = section.normal.cross(optics.film_normal());
+    let reach = (bounds[2] - bounds[0] + bounds[3] - bounds[1] + room) * along_film / along_film.length();
+    let ends = [center + reach, center - reach].map(page);
+    let (upper, lower) = if ends[0][1] < ends[1][1] { (ends[0], ends[1]) } else { (ends[1], ends[0]) };
+    if let Some((upper, lower)) = panel.clip_segment(upper, lower) {
+        canvas.part("film", vec![Shape::line(upper, lower, solid(theme.film.line, theme::HEAVY))]);
+        canvas.avoid(upper, lower, theme::HEAVY, Weight::Heavy);
+        let part = 4.0 / libm::hypot(lower[0] - upper[0], lower[1] - upper[1]).max(4.0);
+        let inside = |a: [f64; 2], b: [f64; 2]| [a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])];
+        canvas.label(Label::new("film", theme.ink, vec![inside(upper, lower), inside(lower, upper)]));
+    }
     if let Some([p, q]) = cut {
         let stroke = solid(theme.focus.line, 1.0);
         canvas.part("circle-of-confusion", vec![Shape::line(p, q, stroke)]);
