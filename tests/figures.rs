@@ -117,6 +117,18 @@ fn the_program_lists_writes_draws_and_checks_figures() {
     // Without a name, all figures beside; other TOML is none of them.
     fs::write(folder.join("other.toml"), "a = 1\n").unwrap();
     assert_eq!(run(&["diagram", "--check"]).code, 0);
+    // What is no TOML hides nothing of the others.
+    fs::write(folder.join("broken.toml"), "a = \n").unwrap();
+    run(&["diagram", "--check"]).expect(2, &["broken.toml"]);
+    fs::remove_file(folder.join("broken.toml")).unwrap();
+    // A source without a last line's end, and a name with a blank.
+    let source = fs::read_to_string(folder.join("side-view.toml")).unwrap();
+    fs::write(folder.join("a b.toml"), source.trim_end()).unwrap();
+    assert_eq!(run(&["diagram", "--gallery", "page.md"]).code, 0);
+    let page = fs::read_to_string(folder.join("page.md")).unwrap();
+    assert!(page.contains("![a b](<a b.svg>)") && page.contains("![side-view](side-view.svg)"));
+    assert_eq!(page.matches("\n```\n").count(), 2);
+    fs::remove_file(folder.join("a b.toml")).unwrap();
     fs::create_dir(folder.join("diagrams")).unwrap();
     run(&["diagram", "--check"]).expect(64, &["no figures", "--new"]);
     fs::rename(folder.join("side-view.toml"), folder.join("diagrams/a.toml")).unwrap();

@@ -36,7 +36,9 @@ fn book(files: &[PathBuf], Reading { root, .. }: Reading<'_>) -> Result<Vec<Path
         let path = path.strip_prefix(".").map(Path::to_path_buf).unwrap_or(path);
         // Scenes and what else is in TOML may stand beside.
         let is_toml = path.extension().is_some_and(|ending| ending == "toml");
-        if is_toml && FigureFile::is_figure(&input::open(&path, root)?.document)? {
+        // What cannot be read is told of where it is wanted.
+        let is_figure = || FigureFile::is_figure(&input::open(&path, root)?.document);
+        if is_toml && is_figure().unwrap_or(true) {
             files.push(path);
         }
     }
@@ -70,11 +72,13 @@ pub(super) fn gallery(page: &Path, files: &[PathBuf], reading: Reading<'_>) -> R
     for (_, path, kind, source) in entries {
         let stem = path.strip_suffix(".toml").unwrap_or(&path);
         let name = stem.rsplit('/').next().unwrap_or(stem);
+        let is_plain = !stem.contains(|c: char| c.is_whitespace() || "()<>".contains(c));
+        let link = if is_plain { format!("{stem}.svg") } else { format!("<{stem}.svg>") };
         text.push_str(&format!(
-            "\n## {name}\n\n`{}`: {}.\n\n![{name}]({stem}.svg)\n\n```toml\n{}```\n",
+            "\n## {name}\n\n`{}`: {}.\n\n![{name}]({link})\n\n```toml\n{}\n```\n",
             kind.name,
             kind.line,
-            source.replace("\r\n", "\n")
+            source.replace("\r\n", "\n").trim_end()
         ));
     }
     output::write_text(page, &read, &text)
