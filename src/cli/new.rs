@@ -55,13 +55,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     output::write_text(&target, &source.paths(), &text)
 }
 
-/// Bounds and covered sides of the model's triangles.
+/// Bounds and covered sides of the model's triangles. (Its pictures are read with it, though nothing is seen of them: what is read is not
+/// written over.)
 fn measure(source: &dyn Source, model: &Path) -> Result<Statistics> {
     let folder = model.parent().unwrap_or(Path::new(""));
     let name = model.file_name().unwrap_or_default().to_string_lossy();
     let progress = Progress::new();
     let tell = |what: &str, done: u64, total: u64| progress.tell(what, done, total);
-    let mut loader = AssetLoader::new(source, folder).shapes_only().with_progress(&tell);
+    let mut loader = AssetLoader::new(source, folder).with_progress(&tell);
     let loaded = loader.load_obj(&name);
     progress.finish();
     let loaded = loaded?;

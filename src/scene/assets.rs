@@ -66,7 +66,7 @@ impl<'a> AssetLoader<'a> {
 
     /// Leaves out the pictures of materials: what has shape is loaded, not what it looks like.
     #[must_use]
-    pub fn shapes_only(mut self) -> Self {
+    pub(crate) fn shapes_only(mut self) -> Self {
         self.shapes_only = true;
         self
     }

@@ -211,7 +211,6 @@ pub(super) fn directions<S: Simd>(simd: S, spread: f32, square: &[[f32; LANES]; 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quantity::Angle;
     use crate::sampling::cone_direction;
     use crate::scene::Attributes;
     use crate::simd::{SimdLevel, at_level};
@@ -229,7 +228,8 @@ mod tests {
             ..Surfaces::default()
         };
         let materials = [Material::default_surface()];
-        let sun = Sun { toward: DVec3::Y, color: DVec3::ONE, shadows: true, angular_diameter: Angle::ZERO };
+        let sun =
+            Sun { toward: DVec3::Y, color: DVec3::ONE, shadows: true, angular_diameter: Default::default() };
         let sun = ShadowSun::new((&surfaces, &materials), &positions, &sun, |v| v).unwrap();
         let mut rays = SunRays::default();
         for (lane, at) in [8.7, 7.42].into_iter().enumerate() {
