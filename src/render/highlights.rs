@@ -108,6 +108,7 @@ impl Highlights {
         let place = |&p: &DVec3| frustum.contains(p).then(|| pixel(view, p));
         let places: Vec<Option<DVec2>> = positions.par_iter().map(place).collect();
         let small: Vec<Small> = (0..surfaces.triangles.len())
+            .into_par_iter()
             .filter(is_bright)
             .filter_map(|t| {
                 let [a, b, c] = surfaces.triangles[t].map(|i| i as usize);
@@ -156,7 +157,7 @@ impl Highlights {
             lights.truncate(rows * columns);
             lights
         };
-        Self { columns, lights: disks.iter().map(of_disk).collect() }
+        Self { columns, lights: disks.par_iter().map(of_disk).collect() }
     }
 
     /// Whether there are no such lights.

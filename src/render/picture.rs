@@ -12,6 +12,7 @@ use super::highlights::Highlights;
 use super::pattern::{Points, Splits};
 use super::sharing::Asked;
 use super::stages::{Stages, Stopwatch};
+use super::stopped;
 use crate::error::{Error, Result};
 use crate::plan::{Decision, RenderPlan};
 use crate::quantity::Angle;
@@ -102,7 +103,8 @@ impl<'a> Picture<'a> {
     /// `positions` are those of the vertices in the lens frame, `materials` those that are shown.
     ///
     /// # Errors
-    /// [`crate::error::ErrorKind::Invalid`] where diffraction would spread light to where the film meets the lens's plane.
+    /// [`crate::error::ErrorKind::Invalid`] where diffraction would spread light to where the film meets the lens's plane;
+    /// [`crate::error::ErrorKind::Cancelled`] when stopped.
     pub(super) fn new(
         (scene, materials): (&'a Scene, &'a [Material]),
         positions: &'a [DVec3],
@@ -170,8 +172,11 @@ impl<'a> Picture<'a> {
         };
         let bins = Bins::new(level, &view, &cells, positions, &triangles, &stop);
         watch.lap(&mut stages.bin);
+        let go_on = || if stop() { Err(stopped()) } else { Ok(()) };
+        go_on()?;
         let shown = (surfaces, materials);
         let shadows = sun.and_then(|sun| ShadowSun::new(shown, positions, &sun, |v| frame.vector(v)));
+        go_on()?;
         // Below 16 samples a pixel hardly any would share, and displaced ones lie too far from each other.
         let shared = scene.render.share_shading && streams >= 16 && diffraction.is_none();
         let shader = Shader::new(shown, scene.sun.as_ref(), &scene.sky, scene.up, |v| frame.vector(v));
@@ -179,6 +184,7 @@ impl<'a> Picture<'a> {
         let gain = libm::exp2(scene.render.exposure_ev) as f32;
         let disks = diffraction.as_ref().map(|diffraction| diffraction.disks(&view));
         let disks = disks.as_ref().map_or(&ONE_PLACE[..], |disks| &disks[..]);
+        go_on()?;
         let (lens, shown) = ((&view, &shape), (scene, materials));
         let highlights = Highlights::new(shown, lens, positions, (streams, gain), disks, level);
         watch.lap(&mut stages.prepare);
