@@ -295,3 +295,28 @@ fn figure_1_draws_the_cameras_of_the_example_pictures() {
         );
     }
 }
+
+/// What is told and drawn of the world goes by its own upward direction.
+#[test]
+fn a_world_whose_up_is_z_stands_upright() {
+    let camera = |up: &str, eye: &str, at: &str| {
+        format!(
+            "[camera]\neye_m = {eye}\nlook_at_m = {at}\n{up}focal_length_mm = 150.0\nf_number = 16.0\nfilm = \"4x5\"\nextension_mm = 152.3\n"
+        )
+    };
+    let worlds = [
+        camera("", "[0.0, 1.6, 10.0]", "[0.0, 1.6, 0.0]"),
+        camera("up = [0.0, 0.0, 1.0]\n", "[0.0, -10.0, 1.6]", "[0.0, 0.0, 1.6]"),
+    ];
+    let told = worlds.map(|scene| {
+        let (_keep, folder) = folder(&scene);
+        let optics = run(&folder, &["optics", "scene.toml"]);
+        assert!(optics.out.contains("vertical"), "{}", optics.out);
+        fs::write(folder.join("f.toml"), "kind = \"perspective-correction\"\nscene = \"scene.toml\"\n")
+            .unwrap();
+        run(&folder, &["diagram", "f.toml"]).expect(0, &[]);
+        (optics.out, fs::read_to_string(folder.join("f.svg")).unwrap().len())
+    });
+    assert_eq!(told[0].0, told[1].0);
+    assert!(told[0].1.abs_diff(told[1].1) < 200, "{} and {} bytes", told[0].1, told[1].1);
+}

@@ -261,6 +261,7 @@ fn changed(scene: &Scene, changes: Changes) -> Result<Figure> {
     Figure::side_view(&scene.optics)
         .circle_of_confusion(scene.circle_of_confusion.as_metres())
         .subject(&triangles)
+        .up(scene.up)
         .section(changes.section.unwrap_or_default())
         .inset(changes.inset.unwrap_or_default())
         .theme(changes.theme.unwrap_or(Theme::PRINT))

@@ -28,6 +28,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         let points = arguments.samples_at.as_ref().map(|points| points.0.as_slice());
         report::print_json(&optics_json(&optics, circle, points))
     } else {
-        report::print(&optics_words(&optics, circle))
+        report::print(&optics_words(&optics, circle, input.scene.up))
     }
 }

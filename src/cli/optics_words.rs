@@ -66,20 +66,20 @@ fn number(value: f64) -> String {
     }
 }
 
-fn line_words(line: Line, optics: &Optics) -> String {
+fn line_words(line: Line, optics: &Optics, up: DVec3) -> String {
     if line.is_at_infinity() {
         return "at infinity (lens and film are parallel)".to_owned();
     }
     let unit = line.normalized();
     let nearest = unit.nearest_to_origin().to_affine();
-    let up = optics.world_from_lens().vector_inverse(DVec3::Y);
+    let up = optics.world_from_lens().vector_inverse(up);
     let slope = libm::asin(unit.direction.dot(up).abs().min(1.0));
     let lie =
         if slope < 1e-6 { "level".to_owned() } else { format!("{} from the horizontal", degrees(slope)) };
     format!("{}, {lie}; distance {}", place(nearest), length(nearest.length()))
 }
 
-fn plane_words(plane: Plane, optics: &Optics) -> String {
+fn plane_words(plane: Plane, optics: &Optics, up: DVec3) -> String {
     let unit = plane.normalized();
     if unit.m == DVec3::ZERO {
         return "at infinity".to_owned();
@@ -94,7 +94,7 @@ fn plane_words(plane: Plane, optics: &Optics) -> String {
         format!("cuts the lens axis {} in front of the lens", length(along))
     };
     let world = optics.world_from_lens().vector(unit.m);
-    let from_vertical = libm::acos(world.y.abs().min(1.0));
+    let from_vertical = libm::acos(world.dot(up).abs().min(1.0));
     let stands = if from_vertical < 1e-6 {
         "horizontal".to_owned()
     } else if (from_vertical - std::f64::consts::FRAC_PI_2).abs() < 1e-6 {
@@ -111,8 +111,8 @@ fn plane_words(plane: Plane, optics: &Optics) -> String {
     format!("{cuts}; {stands}, {facing}")
 }
 
-/// The report of `optics` without `--json`.
-pub(crate) fn optics_words(optics: &Optics, circle_of_confusion: f64) -> String {
+/// The report of `optics` without `--json`; `up` is the world's upward direction.
+pub(crate) fn optics_words(optics: &Optics, circle_of_confusion: f64, up: DVec3) -> String {
     let camera = optics.camera();
     let aperture = match camera.aperture {
         Aperture::Pinhole => "pinhole".to_owned(),
@@ -141,16 +141,16 @@ pub(crate) fn optics_words(optics: &Optics, circle_of_confusion: f64) -> String 
         format!("{} mm from lens to film along the rail", number(camera.extension.as_millimetres())),
     );
     say("image circle", image_circle(optics));
-    say("sharp", plane_words(optics.focus_plane(), optics));
-    say("Scheimpflug line", line_words(optics.scheimpflug_line(), optics));
-    say("hinge line", line_words(optics.hinge_line(), optics));
+    say("sharp", plane_words(optics.focus_plane(), optics, up));
+    say("Scheimpflug line", line_words(optics.scheimpflug_line(), optics, up));
+    say("hinge line", line_words(optics.hinge_line(), optics, up));
     say("sensitivity", sensitivity(optics));
     match optics.depth_of_field(circle_of_confusion) {
         None => say("depth of field", "without limit: a pinhole".to_owned()),
         Some(dof) => {
             say("circle of conf.", format!("{} on the film", length(circle_of_confusion)));
-            say("near limit", plane_words(dof.near, optics));
-            say("far limit", plane_words(dof.far, optics));
+            say("near limit", plane_words(dof.near, optics, up));
+            say("far limit", plane_words(dof.far, optics, up));
             let (near, far) = (dof.near.m, dof.far.m);
             let angle = libm::atan2(near.cross(far).length(), near.dot(far).abs());
             if optics.hinge_line().is_at_infinity() {

@@ -156,7 +156,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             miss_m: None,
         });
     }
-    let mut text = optics_words::optics_words(&optics, scene.circle_of_confusion.as_metres());
+    let mut text = optics_words::optics_words(&optics, scene.circle_of_confusion.as_metres(), scene.up);
     if let Some(target) = &arguments.write {
         text.push_str(&format!("\nwrote {}\n", target.display()));
     }

@@ -36,17 +36,18 @@ pub(crate) struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    /// The scene of a camera before triangles (world metres), `circle` the diameter on the film that counts as sharp.
+    /// The scene of a camera before triangles (world metres), `circle` the diameter on the film that counts as sharp, and `up` the world's
+    /// upward direction.
     pub(crate) fn new(
         optics: &'a Optics,
         theme: &'a Theme,
         circle: f64,
-        section: Section,
+        (section, up): (Section, DVec3),
         triangles: &[[DVec3; 3]],
         hidden: &'a BTreeSet<String>,
     ) -> Self {
         let plane = SectionPlane::new(optics, section);
-        let plane = if triangles.is_empty() { plane } else { plane.upright(optics.world_from_lens()) };
+        let plane = if triangles.is_empty() { plane } else { plane.upright(optics.world_from_lens(), up) };
         Self::cut(optics, theme, circle, plane, triangles, hidden)
     }
 

@@ -99,10 +99,10 @@ impl SectionPlane {
         Self { u, v, normal, view }
     }
 
-    /// A side view turned in its plane until the world's up is up the page: the ground is level, what stands on it
+    /// A side view turned in its plane until the world's `up` is up the page: the ground is level, what stands on it
     /// stands. Where the camera looks more up or down than ahead it stays as it is.
-    pub(crate) fn upright(self, world_from_lens: &Pose) -> Self {
-        let up = world_from_lens.vector_inverse(DVec3::Y);
+    pub(crate) fn upright(self, world_from_lens: &Pose, up: DVec3) -> Self {
+        let up = world_from_lens.vector_inverse(up);
         let up = up - self.normal * self.normal.dot(up);
         let v = up / up.length();
         let u = v.cross(self.normal);

@@ -41,7 +41,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let hidden: BTreeSet<String> = ["caption".to_owned(), "dimension".to_owned()].into();
     let mut scenes: Vec<Scene> = subjects
         .iter()
-        .map(|s| Scene::new(&s.optics, &page.theme, s.circle, Section::Side, &s.triangles, &hidden))
+        .map(|s| Scene::new(&s.optics, &page.theme, s.circle, (Section::Side, s.up), &s.triangles, &hidden))
         .collect();
     let mut bounds: Option<[f64; 4]> = None;
     for scene in &scenes {

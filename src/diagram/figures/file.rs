@@ -160,6 +160,8 @@ pub(crate) struct Subject {
     pub(crate) optics: Optics,
     /// Diameter of the circle of confusion, metres.
     pub(crate) circle: f64,
+    /// The world's upward direction.
+    pub(crate) up: DVec3,
     pub(crate) aperture: ApertureShape,
     /// World metres.
     pub(crate) triangles: Vec<[DVec3; 3]>,
@@ -267,14 +269,14 @@ impl Input<'_> {
     }
 
     fn loaded(&self, description: &SceneDescription, folder: &Path, wanted: bool) -> Result<Subject> {
-        let circle = description.circle_of_confusion.as_metres();
+        let (circle, up) = (description.circle_of_confusion.as_metres(), description.up);
         let optics = description.optics()?;
         let aperture = description.blades.map_or(ApertureShape::Disk, |blades| blades.shape());
         for caution in optics.cautions() {
             self.warn(caution);
         }
         if !wanted || description.meshes.is_empty() {
-            return Ok(Subject { optics, circle, aperture, triangles: Vec::new() });
+            return Ok(Subject { optics, circle, up, aperture, triangles: Vec::new() });
         }
         let mut loaders = self.loaders.borrow_mut();
         let loader = loaders
@@ -284,7 +286,7 @@ impl Input<'_> {
         let surfaces = description.shapes(loader)?;
         self.warnings.borrow_mut().extend(loader.warnings().iter().skip(said).cloned());
         let triangles = (0..surfaces.triangles.len()).map(|t| surfaces.corners(t)).collect();
-        Ok(Subject { optics, circle, aperture, triangles })
+        Ok(Subject { optics, circle, up, aperture, triangles })
     }
 
     /// The bytes of a file that the key names, and its path.

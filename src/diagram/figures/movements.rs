@@ -100,13 +100,18 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             let camera =
                 if front { Camera { front: standard, ..level } } else { Camera { rear: standard, ..level } };
             let optics = Optics::new(&camera)?;
-            let scene = Scene::new(&optics, &theme, 1e-4, section, &[], &hidden);
+            let scene = Scene::new(&optics, &theme, 1e-4, (section, DVec3::Y), &[], &hidden);
             let mut canvas = Canvas::new(panel, &theme);
             // The lens of a moved standard stands elsewhere: the panel is fixed to where it stood.
             let offset = scene.section.project(optics_offset(&camera));
             canvas.panel.origin = panel.page(offset);
             parts::draw(&scene, &mut canvas, Role::Main);
-            ghost(&Scene::new(&start, &theme, 1e-4, section, &[], &hidden), &mut canvas, panel.origin, front);
+            ghost(
+                &Scene::new(&start, &theme, 1e-4, (section, DVec3::Y), &[], &hidden),
+                &mut canvas,
+                panel.origin,
+                front,
+            );
             way(&scene, &mut canvas, panel.origin, &camera, front, name);
             sheet.push(parts::close(&scene, canvas, NAMES[index])?);
             let standard = if front { "front" } else { "rear" };

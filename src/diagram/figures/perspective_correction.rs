@@ -55,28 +55,29 @@ struct Front {
 pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let page = input.page(|width| 0.72 * width + 32.0)?;
     let keys: Keys = input.keys()?;
-    let given = *input.camera(false)?.optics.camera();
+    let subject = input.camera(false)?;
+    let (given, upward) = (*subject.optics.camera(), subject.up);
     let level = Camera { front: Standard::default(), rear: Standard::default(), ..given };
     let rail = level.rail;
-    let eye = rail.origin.y;
+    let eye = rail.origin.dot(upward);
     let ahead = -rail.axes.z_axis;
-    let flat = DVec3::new(ahead.x, 0.0, ahead.z);
+    let flat = ahead - upward * ahead.dot(upward);
     if flat.length() < 1e-6 {
         return Err(Error::invalid("the camera looks straight up or down").at_key("camera.look_at_m"));
     }
     let flat = flat / flat.length();
-    let right = flat.cross(DVec3::Y);
-    let foot = rail.origin + flat * keys.distance_m - DVec3::Y * eye;
+    let right = flat.cross(upward);
+    let foot = rail.origin + flat * keys.distance_m - upward * eye;
     let front = Front {
         corner: foot - right * (0.5 * keys.front_width_m),
         across: right * keys.front_width_m,
-        up: DVec3::Y * keys.front_height_m,
+        up: upward * keys.front_height_m,
     };
-    let middle = foot + DVec3::Y * (0.5 * keys.front_height_m);
-    let upright = Camera { rail: Camera::rail_frame(rail.origin, rail.origin + flat, DVec3::Y)?, ..level };
-    let pitched = Camera { rail: Camera::rail_frame(rail.origin, middle, DVec3::Y)?, ..level };
+    let middle = foot + upward * (0.5 * keys.front_height_m);
+    let upright = Camera { rail: Camera::rail_frame(rail.origin, rail.origin + flat, upward)?, ..level };
+    let pitched = Camera { rail: Camera::rail_frame(rail.origin, middle, upward)?, ..level };
     // The lens rises until the line from the film's middle through it meets the front's middle.
-    let (high, far) = (middle.y - eye, keys.distance_m);
+    let (high, far) = (middle.dot(upward) - eye, keys.distance_m);
     let behind = level.extension.as_metres();
     let rise = Length::metres(high * behind / (far + behind));
     let risen = Camera { front: Standard { rise, ..Standard::default() }, ..upright };
@@ -112,14 +113,14 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let hidden = stage::without(&["axis", "bellows", "label", "lens-board"], &[]);
     let reach = keys.distance_m;
     for (i, (optics, [left, _, right, _])) in cameras.iter().zip(columns).enumerate() {
-        let mut scene = Scene::new(optics, &page.theme, 1e-4, Section::Side, &[], &hidden);
+        let mut scene = Scene::new(optics, &page.theme, 1e-4, (Section::Side, upward), &[], &hidden);
         // The world stands upright on the page, also where the camera looks up.
         scene.section.u = optics.world_from_lens().vector_inverse(flat);
-        scene.section.v = optics.world_from_lens().vector_inverse(DVec3::Y);
+        scene.section.v = optics.world_from_lens().vector_inverse(upward);
         let local = |p: DVec3| scene.section.project(optics.world_from_lens().point_inverse(p));
         let (low, tip) = (local(foot), local(foot + front.up));
         let room = 0.06 * reach;
-        let bounds = [low, tip, local(rail.origin), local(rail.origin - DVec3::Y * eye)].iter().fold(
+        let bounds = [low, tip, local(rail.origin), local(rail.origin - upward * eye)].iter().fold(
             [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY],
             |mut all, p| {
                 extent::grow(&mut all, *p);

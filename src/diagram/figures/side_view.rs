@@ -72,6 +72,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let mut view = SideView::new(&subject.optics)
         .circle_of_confusion(subject.circle)
         .subject(&subject.triangles)
+        .up(subject.up)
         .section(input.changes.section.unwrap_or(match keys.section.as_str() {
             "side" => Section::Side,
             "top" => Section::Top,
@@ -134,6 +135,7 @@ pub struct SideView<'a> {
     optics: &'a Optics,
     circle: f64,
     triangles: &'a [[DVec3; 3]],
+    up: DVec3,
     section: Section,
     inset: Inset,
     title: Option<&'a str>,
@@ -150,6 +152,7 @@ impl<'a> SideView<'a> {
             optics,
             circle: optics.camera().film.diagonal() / 1500.0,
             triangles: &[],
+            up: DVec3::Y,
             section: Section::Auto,
             inset: Inset::Auto,
             title: None,
@@ -170,6 +173,12 @@ impl<'a> SideView<'a> {
     #[must_use]
     pub fn subject(self, triangles: &'a [[DVec3; 3]]) -> Self {
         Self { triangles, ..self }
+    }
+
+    /// The world's upward direction; +Y by default. A side view of a subject stands upright by it.
+    #[must_use]
+    pub fn up(self, up: DVec3) -> Self {
+        Self { up, ..self }
     }
 
     /// Which section is shown.
@@ -341,7 +350,14 @@ impl<'a> SideView<'a> {
     }
 
     fn scene(&self) -> Scene<'_> {
-        Scene::new(self.optics, &self.theme, self.circle, self.section, self.triangles, &self.hidden)
+        Scene::new(
+            self.optics,
+            &self.theme,
+            self.circle,
+            (self.section, self.up),
+            self.triangles,
+            &self.hidden,
+        )
     }
 }
 

@@ -81,7 +81,7 @@ impl Stage {
             optics,
             &self.page.theme,
             self.subject.circle,
-            self.section,
+            (self.section, self.subject.up),
             &self.subject.triangles,
             &self.hidden,
         )

@@ -73,14 +73,21 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             .at_key("picture")
             .remedy("render the scene of this figure: groundglass render"));
     }
-    let ground = stage.subject.triangles.iter().flatten().map(|p| p.y).fold(f64::INFINITY, f64::min);
-    let ground = Plane { m: DVec3::Y, e: -ground };
+    // The ground is there whether or not the section's cut through the subject is drawn.
+    let (hides, up) = (stage.hidden.contains("subject"), stage.subject.up);
+    let whole = if hides { Some(input.camera(true)?) } else { None };
+    let subject = whole.as_ref().unwrap_or(&stage.subject);
+    let ground = subject.triangles.iter().flatten().map(|p| p.dot(up)).fold(f64::INFINITY, f64::min);
+    let ground = Plane { m: up, e: -ground };
     let focus = scene.optics.world_from_lens().plane(scene.optics.focus_plane());
     let line = ground.e.is_finite().then(|| Line::meet(focus, ground)).filter(|line| !line.is_at_infinity());
+    let is_shown = line.is_some_and(|line| shown(&scene, line, [0.0, 0.0, shape, 1.0]).is_some());
     let sentences = [
         match line {
-            Some(_) => "Solid in the picture: where the focus plane meets the ground. Dashed: the plane of the section beside it.",
-            None => "The focus plane does not meet the ground. Dashed in the picture: the plane of the section beside it.",
+            Some(_) if is_shown => "Solid in the picture: where the focus plane meets the ground. Dashed: the plane of the section beside it.",
+            Some(_) => "The focus plane meets the ground outside of the picture. Dashed in it: the plane of the section beside it.",
+            None if ground.e.is_finite() => "The focus plane does not meet the ground. Dashed in the picture: the plane of the section beside it.",
+            None => "Dashed in the picture: the plane of the section beside it.",
         }
         .to_owned(),
         stage::camera_sentence(&scene),
@@ -125,15 +132,10 @@ const DARK: Color = Color::hex(0x0B_0B_0B);
 /// The picture with the lines that are marked in it.
 fn marked(scene: &Scene, raster: Raster, line: Option<Line>) -> Group {
     let theme = scene.theme;
-    let [left, top, right, bottom] = raster.bounds;
-    let panel = Panel { frame: raster.bounds, scale: 1.0, origin: [left, top] };
-    let (middle, half) =
-        ([0.5 * (left + right), 0.5 * (top + bottom)], [0.5 * (right - left), 0.5 * (bottom - top)]);
-    let projection = scene.optics.projection_from_world(0.0, 0.0);
-    let seen = |p: DVec3| {
-        let clip = projection.project(p);
-        (clip.w > 0.0).then(|| [middle[0] + half[0] * clip.x / clip.w, middle[1] - half[1] * clip.y / clip.w])
-    };
+    let bounds = raster.bounds;
+    let panel = Panel { frame: bounds, scale: 1.0, origin: [bounds[0], bounds[1]] };
+    let (middle, half) = halves(bounds);
+    let seen = |p: DVec3| seen(scene, bounds, p);
     let matrix = [half[0], 0.0, 0.0, -half[1], middle[0], middle[1]].map(exact).join(" ");
     let mut items = vec![Item::Raster(raster)];
     let world = scene.optics.world_from_lens();
@@ -150,9 +152,7 @@ fn marked(scene: &Scene, raster: Raster, line: Option<Line>) -> Group {
             items.push(Item::Group(Group::of("section-line", shapes.into_iter().map(Item::Shape).collect())));
         }
     }
-    if let Some((a, b)) =
-        line.and_then(|line| visible(line, world.origin, &seen)).and_then(|(a, b)| panel.clip_segment(a, b))
-    {
+    if let Some((a, b)) = line.and_then(|line| shown(scene, line, bounds)) {
         let shapes = [Shape::line(a, b, solid(LIGHT, 1.0)), Shape::line(a, b, solid(theme.focus.line, 0.6))];
         items.push(Item::Group(Group::of("sharp-line", shapes.into_iter().map(Item::Shape).collect())));
     }
@@ -164,6 +164,25 @@ fn marked(scene: &Scene, raster: Raster, line: Option<Line>) -> Group {
         items,
         ..Group::default()
     }
+}
+
+/// The middle of a picture with these bounds, and half of its sides.
+fn halves([left, top, right, bottom]: [f64; 4]) -> (Point, Point) {
+    ([0.5 * (left + right), 0.5 * (top + bottom)], [0.5 * (right - left), 0.5 * (bottom - top)])
+}
+
+/// Where a point of the world is seen on the plane of a picture with these bounds, if it lies before the camera.
+fn seen(scene: &Scene, bounds: [f64; 4], p: DVec3) -> Option<Point> {
+    let (middle, half) = halves(bounds);
+    let clip = scene.optics.projection_from_world(0.0, 0.0).project(p);
+    (clip.w > 0.0).then(|| [middle[0] + half[0] * clip.x / clip.w, middle[1] - half[1] * clip.y / clip.w])
+}
+
+/// What of a line of the world lies in a picture with these bounds.
+fn shown(scene: &Scene, line: Line, bounds: [f64; 4]) -> Option<(Point, Point)> {
+    let panel = Panel { frame: bounds, scale: 1.0, origin: [bounds[0], bounds[1]] };
+    let (a, b) = visible(line, scene.optics.world_from_lens().origin, &|p| seen(scene, bounds, p))?;
+    panel.clip_segment(a, b)
 }
 
 /// The ends of the longest piece of a line of the world that lies before the camera, as it is seen; its image is straight.
