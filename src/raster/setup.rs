@@ -12,7 +12,9 @@
 use super::LANES;
 use super::film::{ROUNDING, TileFilm, cross, minus};
 use crate::simd::at_level;
-use fearless_simd::{Bytes, Level, Select, Simd, SimdBase, SimdMask, SimdNarrow, f64x8, u32x16};
+use fearless_simd::{
+    Bytes, Level, Select, Simd, SimdBase, SimdFloat, SimdMask, SimdNarrow, f32x16, f64x8, u32x16,
+};
 use glam::DVec4;
 
 /// A function bilinear in lens point (1, u, v) and place in the tile (1, x, y): coefficients of
@@ -43,7 +45,7 @@ pub(crate) struct Block {
     pub nearest: [f32; LANES],
     /// Triangles, the first in the lowest bit, that may touch the tile.
     pub live: u16,
-    /// Those whose corners have an image for every lens point.
+    /// Those whose corners have an image for every lens point, well placed in single precision.
     pub imaged: u16,
     /// Those that may come nearer than the near plane, whose `1/t` is then checked at each sample.
     pub near: u16,
@@ -69,7 +71,7 @@ impl Block {
 
 impl TileFilm {
     /// Sets up triangles with these corners; `depths` are those of their nearest corners. All but names and flags of
-    /// the block is written; those that miss the tile for every lens point, as their edges show, are not live.
+    /// the block is written; of those said to be imaged the ones that single precision places badly are no longer; those that miss the tile for every lens point, as their edges show, are not live.
     pub(crate) fn set_up(&self, level: Level, v: &Corners, depths: &[f32; LANES], block: &mut Block) {
         at_level!(level, simd => set_up(simd, self, v, depths, block));
     }
@@ -97,12 +99,17 @@ fn set_up<S: Simd>(simd: S, film: &TileFilm, v: &Corners, depths: &[f32; LANES],
         store(&scaled(simd, film, &low), &scaled(simd, film, &high), edge);
     }
     block.live = live;
-    images(film, (&low, &high), &mut block.corners);
+    block.imaged &= images(simd, film, (&low, &high), &mut block.corners);
 }
 
-/// Where corners lie on the film.
+/// Where corners lie on the film. Tells which triangles' single precision places as well as [`super::scatter`] assumes.
 #[inline(always)]
-pub(super) fn images<S: Simd>(film: &TileFilm, (low, high): (&Eight<S>, &Eight<S>), out: &mut Images) {
+pub(super) fn images<S: Simd>(
+    simd: S,
+    film: &TileFilm,
+    (low, high): (&Eight<S>, &Eight<S>),
+    out: &mut Images,
+) -> u16 {
     for (corner, images) in out.iter_mut().enumerate() {
         for (row, image) in images.iter_mut().enumerate() {
             for (part, out) in image.iter_mut().enumerate() {
@@ -111,6 +118,25 @@ pub(super) fn images<S: Simd>(film: &TileFilm, (low, high): (&Eight<S>, &Eight<S
             }
         }
     }
+    let mut placed = 0xffff;
+    for [x, y, w] in &*out {
+        let least = f32x16::load_array_ref(simd, &w[0]) - largest(simd, [&w[1], &w[2]]);
+        let at = f32x16::load_array_ref(simd, &x[0]).abs().max(f32x16::load_array_ref(simd, &y[0]).abs());
+        let moved = largest(simd, [&x[1], &x[2]]).max(largest(simd, [&y[1], &y[2]]));
+        placed &= (at + moved).simd_le(least * FARTHEST).to_bitmask() as u16;
+    }
+    placed
+}
+
+/// Farther than this from the tile's centre, pixels, roundings may misplace a corner by more than
+/// [`MARGIN`](super::scatter::MARGIN) foresees, also where a lens point moves it back into the tile: far out of focus its place is
+/// a difference of large numbers.
+const FARTHEST: f32 = 4000.0;
+
+/// The most that two parts can add, the lens point being no farther than 1 from the centre along each.
+#[inline(always)]
+fn largest<S: Simd>(simd: S, [u, v]: [&[f32; LANES]; 2]) -> f32x16<S> {
+    f32x16::load_array_ref(simd, u).abs() + f32x16::load_array_ref(simd, v).abs()
 }
 
 /// Corners of eight triangles: corner, axis.
@@ -267,7 +293,8 @@ mod tests {
     use super::*;
     use crate::random::Random;
     use crate::raster::film::power_of_two_near;
-    use crate::raster::view::test_view;
+    use crate::raster::scatter::MARGIN;
+    use crate::raster::view::{test_view, test_view_through};
     use crate::simd::SimdLevel;
 
     #[test]
@@ -280,6 +307,45 @@ mod tests {
             assert_eq!(found, each.map(power_of_two_near), "{}", level.name());
         }
         assert_eq!(power_of_two_near(1.999e9) * 1.999e9, 1.999e9 / f64::from(1 << 30));
+    }
+
+    /// Triangles that some lens point sees in the tile, through lenses of up to 2 km: blur of up to a million pixels.
+    #[test]
+    fn corners_that_are_imaged_are_where_single_precision_says() {
+        let mut numbers = Random(8);
+        let (mut imaged, mut misplaced) = (0, 0);
+        for round in 0..60 {
+            let radius = [0.02, 2.0, 2000.0][round % 3];
+            let film = TileFilm::new(&test_view_through(radius), 0, 0);
+            let mut v = triangles(0.01, &mut || numbers.signed());
+            // What lies at 2.1 m is in focus.
+            let lens = numbers.signed();
+            for x in v.iter_mut().map(|corner| corner.split_at_mut(2)) {
+                for (x, z) in x.0[0].iter_mut().zip(&x.1[0]) {
+                    *x += lens * radius * (1.0 - z / 2.1);
+                }
+            }
+            let mut block = Block { imaged: 0xffff, ..Block::EMPTY };
+            film.set_up(SimdLevel::best().level(), &v, &[0.0; LANES], &mut block);
+            let lens = lens as f32;
+            for (lane, corner) in (0..LANES).flat_map(|lane| (0..3).map(move |corner| (lane, corner))) {
+                let part = |row: usize, part: usize| {
+                    let h = film.image[part][row];
+                    let [x, y, z] = v[corner].map(|axis| axis[lane]);
+                    x * h.x + y * h.y + z * h.z + h.w
+                };
+                let exact = (part(0, 0) + f64::from(lens) * part(0, 1)) / part(2, 0);
+                let [x, _, w] = &block.corners[corner];
+                // As `scatter` does.
+                let single = (lens * x[1][lane] + x[0][lane]) * (1.0 / w[0][lane]);
+                let error = (f64::from(single) - exact).abs();
+                let is_imaged = block.imaged >> lane & 1 == 1;
+                imaged += u32::from(is_imaged);
+                misplaced += u32::from(error > f64::from(MARGIN));
+                assert!(!is_imaged || error < f64::from(MARGIN), "{error} px");
+            }
+        }
+        assert!(imaged > 1000 && misplaced > 100, "{imaged} {misplaced}");
     }
 
     #[test]

@@ -51,14 +51,14 @@ impl Sieve {
 #[inline(always)]
 fn met<S: Simd>(simd: S, sieve: &Sieve, film: &TileFilm, v: &Corners, those: u16) -> u16 {
     let mut at: Images = [[[[0.0; LANES]; 3]; 3]; 3];
-    images(film, (&corners(simd, v, 0), &corners(simd, v, 8)), &mut at);
+    let placed = images(simd, film, (&corners(simd, v, 0), &corners(simd, v, 8)), &mut at);
     let small = (extent(simd, &at, 0) * extent(simd, &at, 1) * sieve.density)
         .simd_lt(f32x16::splat(simd, 1.0))
         .to_bitmask() as u16;
     let (columns, rows) = (TILE / sieve.size.0, TILE / sieve.size.1);
     let blocks = [0, columns as i32 - 1, 0, rows as i32 - 1];
     let mut met = those;
-    let mut rest = those & small;
+    let mut rest = those & small & placed;
     while rest != 0 {
         let lane = rest.trailing_zeros() as usize % LANES;
         rest &= rest - 1;

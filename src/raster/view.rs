@@ -162,7 +162,13 @@ const FROM_CENTER: [f32; TILE as usize] = {
 /// A tile 32 mm wide, 150 mm behind a lens of 140 mm focal length and 20 mm radius.
 #[cfg(test)]
 pub(crate) fn test_view() -> View {
-    let (behind, step, radius, focal_length) = (0.15, 1e-3, 0.02, 0.14);
+    test_view_through(0.02)
+}
+
+/// The same with a lens of another radius, metres.
+#[cfg(test)]
+pub(crate) fn test_view_through(radius: f64) -> View {
+    let (behind, step, focal_length) = (0.15, 1e-3, 0.14);
     // x w = (q_w s z + behind (s - X)) / step + 16 z, w = z.
     let moved = radius * (1.0 - behind / focal_length) / step;
     let row = |axis: DVec4| [axis * (-behind / step) + DVec4::Z * 16.0, DVec4::ZERO, DVec4::ZERO];
