@@ -273,6 +273,26 @@ mod tests {
     fn films_have_names() {
         let film = FilmSize::named("4x5-portrait").unwrap();
         assert_eq!((film.width, film.height), (Length::millimetres(96.0), Length::millimetres(120.0)));
+        // Picture areas as makers give them: 4x5 holders show 120 x 96 mm.
+        for (name, width, height) in [
+            ("35mm", 36.0, 24.0),
+            ("645", 56.0, 41.5),
+            ("6x6", 56.0, 56.0),
+            ("6x7", 70.0, 56.0),
+            ("6x9", 84.0, 56.0),
+            ("4x5", 120.0, 96.0),
+            ("5x7", 171.0, 121.0),
+            ("8x10", 245.0, 194.0),
+        ] {
+            let film = FilmSize::named(name).unwrap();
+            assert_eq!(
+                (film.width.as_millimetres(), film.height.as_millimetres()),
+                (width, height),
+                "{name}"
+            );
+            let turned = FilmSize::named(&format!("{name}-portrait")).unwrap();
+            assert_eq!((turned.width, turned.height), (film.height, film.width), "{name}");
+        }
         assert!(FilmSize::named("4x6").unwrap_err().to_string().contains("4x5"));
     }
 }

@@ -31,6 +31,7 @@ fn with_sun(mut surfaces: Surfaces, eye: DVec3, target: DVec3, samples: u32, deg
 
 /// The largest difference between two pictures.
 fn gap(a: &[[f32; 3]], b: &[[f32; 3]]) -> f32 {
+    assert!(a.iter().chain(b).flatten().all(|value| value.is_finite()));
     a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 

@@ -43,6 +43,12 @@ fn compare_picture(name: &str, scene: &Scene, one_in: u32) {
         for i in 0..width {
             let want = oracle::pixel(scene, i, j, scene.render.share_shading);
             let got = DVec3::from_array(picture.pixel(i, j).map(f64::from));
+            // What is no number passes all that follows.
+            assert!(
+                got.is_finite() && want.mean.is_finite(),
+                "{name}: pixel {i},{j} is {got} and {}",
+                want.mean
+            );
             let gap = (got - want.mean).abs().max_element();
             doubtful += want.in_doubt;
             if want.in_doubt == 0 {

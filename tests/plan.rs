@@ -248,7 +248,21 @@ fn explain_tells_every_effect() {
     assert_eq!(names, EffectName::ALL.map(EffectName::name));
     assert!(effects.iter().all(|e| e["active"].is_boolean() && e["because"].is_string()));
     assert_eq!(effects[0]["active"], true);
+    // The triangle's image stands at 150 x 10000 / 9850 = 152.284 mm; 26.786 mm x 3.716 / 152.284 = 0.6536 mm are 4.357 of 0.15 mm.
+    let because = effects[0]["because"].as_str().unwrap();
+    let blur: f64 = because.split(' ').nth(2).unwrap().parse().unwrap();
+    assert!(because.starts_with("largest blur ") && (blur / 4.357 - 1.0).abs() < 0.01, "{because}");
     assert!(effects[0]["cost"].is_number() && effects[0]["change_rms"].as_f64().unwrap() > 0.0);
+    // Through a pinhole 156 mm before a film of 120 x 96 mm a corner has 1 - cos^4 = 1 - 1 / (1 + 5904 / 24336)^2 = 0.352 less light.
+    let pinhole = CAMERA.replace("f_number = 5.6", "pinhole = true").replace("152.3", "156");
+    let small = SMALL.replace("samples", "falloff = true\nsamples");
+    std::fs::write(folder.join("pinhole.toml"), format!("{pinhole}{small}")).unwrap();
+    let because = |json: &serde_json::Value| {
+        let found = json["effects"].as_array().unwrap().iter().find(|e| e["effect"] == "falloff");
+        found.unwrap()["because"].as_str().unwrap().to_owned()
+    };
+    let said = because(&run(&folder, &["explain", "pinhole.toml", "--json"]).expect(0, &[]).json());
+    assert!(said.contains("by up to 0.35"), "{said}");
     let text = run(&folder, &["explain", "scene.toml"]);
     assert!(text.expect(0, &[]).out.contains("antialiasing    in"), "{}", text.out);
 

@@ -226,6 +226,7 @@ fn the_same_bytes_for_any_thread_count_and_in_a_replay() {
 /// By a clock that goes on by a tenth of a millisecond whenever it is read, and is slower or faster than the one before.
 #[test]
 fn a_time_is_kept_by_any_clock() {
+    let mut before = 0.0;
     for seconds in [0.05, 0.2, 1.0] {
         let mut scene = blurred(5);
         scene.render.budget = Budget::Seconds(seconds);
@@ -236,6 +237,10 @@ fn a_time_is_kept_by_any_clock() {
         let read = reads.load(Ordering::Relaxed) as f64 * 1e-4;
         println!("{seconds} s: {read} s, {} samples", picture.samples().mean());
         assert!(read <= (1.05 * seconds).max(seconds + 0.05), "{read} s of {seconds}");
+        // And used: more time is more samples.
+        assert!(seconds < 0.1 || read >= 0.9 * seconds, "{read} s of {seconds}");
+        assert!(picture.samples().mean() > before, "{} samples in {seconds} s", picture.samples().mean());
+        before = picture.samples().mean();
         assert!(picture.rms_error().is_some_and(|error| error > 0.0));
     }
 }
@@ -267,6 +272,38 @@ fn the_map_of_errors_adds_up_to_the_stated_one() {
             pixels.map(|(x, y)| square(picture.pixel_error(x, y).unwrap().into())).collect();
         let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
         assert!((rms / picture.rms_error().unwrap() - 1.0).abs() < 1e-5);
+    }
+}
+
+/// A flat surface that covers the right half of a flat sky: only pixels that its slanting edge goes through are uncertain.
+#[test]
+fn the_map_of_errors_has_them_where_they_are() {
+    let setting = Setting { front: [0.0; 2], rear: [0.0; 2], f_number: 0.0, stretch: 1.0, rise: 0.0 };
+    let camera = camera(DVec3::ZERO, DVec3::NEG_Z, 150.0, setting);
+    let mut surfaces = Surfaces { materials: vec![plain([0.8, 0.5, 0.2])], ..Default::default() };
+    let corners = [(0.3, -9.0), (9.0, -9.0), (9.0, 9.0), (0.9, 9.0)].map(|(x, y)| DVec3::new(x, y, -10.0));
+    quad(&mut surfaces, corners, 1.0, 0);
+    for samples in [16, 64, 65] {
+        let mut scene = scene(&camera, surfaces.clone(), 90, samples);
+        scene.sky.zenith = scene.sky.horizon;
+        let (picture, _) = render(&scene, Execution { error_map: true, ..Execution::default() }).unwrap();
+        let (width, height) = (picture.width(), picture.height());
+        let flat = [picture.pixel(0, 0), picture.pixel(width - 1, 0)];
+        assert_ne!(flat[0], flat[1]);
+        let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5);
+        let (mut mixed, mut uncertain) = (0, 0);
+        for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+            let error = picture.pixel_error(x, y).unwrap();
+            let is_mixed = !flat.iter().any(|&flat| near(picture.pixel(x, y), flat));
+            assert!(is_mixed || error < 1e-5, "pixel {x},{y} is flat, and wrong by {error}");
+            mixed += u32::from(is_mixed);
+            uncertain += u32::from(is_mixed && error > 1e-3);
+        }
+        // Both halves of the samples may have met the surface equally often.
+        assert!(mixed > height / 2 && 8 * uncertain > mixed, "{uncertain} of {mixed}");
+        let map = picture.error_map();
+        let same = |x, y| map.pixel(x, y) == [picture.pixel_error(x, y).unwrap(); 3];
+        assert!((0..height).all(|y| (0..width).all(|x| same(x, y))), "the map is of the pixels' errors");
     }
 }
 

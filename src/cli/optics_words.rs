@@ -74,8 +74,13 @@ fn line_words(line: Line, optics: &Optics, up: DVec3) -> String {
     let nearest = unit.nearest_to_origin().to_affine();
     let up = optics.world_from_lens().vector_inverse(up);
     let slope = libm::asin(unit.direction.dot(up).abs().min(1.0));
-    let lie =
-        if slope < 1e-6 { "level".to_owned() } else { format!("{} from the horizontal", degrees(slope)) };
+    let lie = if slope < 1e-6 {
+        "level".to_owned()
+    } else if std::f64::consts::FRAC_PI_2 - slope < 1e-6 {
+        "vertical".to_owned()
+    } else {
+        format!("{} from the horizontal", degrees(slope))
+    };
     format!("{}, {lie}; distance {}", place(nearest), length(nearest.length()))
 }
 

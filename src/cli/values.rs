@@ -234,5 +234,18 @@ mod tests {
             assert!(wrong.parse::<Pixels>().is_err(), "{wrong}");
         }
         assert!("s".parse::<Seconds>().is_err() && "-1s".parse::<Seconds>().is_err());
+        for (text, bytes) in [
+            ("4096", 4096),
+            ("3KB", 3000),
+            ("3 KiB", 3072),
+            ("1.5MB", 1_500_000),
+            ("2MiB", 2 << 20),
+            ("4GB", 4_000_000_000),
+            ("1GiB", 1 << 30),
+            ("1TB", 1_000_000_000_000),
+            ("1TiB", 1 << 40),
+        ] {
+            assert_eq!(text.parse::<Bytes>().map(|found| found.0), Ok(bytes), "{text}");
+        }
     }
 }

@@ -100,11 +100,20 @@ mod tests {
         let found = optics(0.0, 153.0).sensitivity().unwrap();
         let want = 0.15 * 0.15301 / 0.00301 - 0.15 * 0.153 / 0.003;
         assert!((found.extension + want).abs() < 1e-9, "{found:?}");
-        // The plane turns about the hinge line's place on the film-parallel plane: by D/J of the distance.
-        let angle = Sensitivity::ANGLE.to_radians();
-        let (distance, reach) = (0.15 * 0.153 / 0.003, found.far_end.y.abs());
-        let turn = angle * distance * (distance - 0.15) / 0.15 / distance * reach;
-        assert!((found.front[0] / turn - 1.0).abs() < 0.05, "{found:?} {turn}");
+        // With `1/J = tan(angle)/f` the plane `-z = D + y D/J` leaves the point at y by y D/J; with the film turned alone
+        // the hinge line lies `1/J = tan(angle) (D - f)/D/f` below.
+        let (angle, distance) = (Sensitivity::ANGLE.to_radians(), 0.15 * 0.153 / 0.003);
+        let (front, rear) = (angle * distance / 0.15, angle * (distance - 0.15) / 0.15);
+        let (x, y) = (found.far_end.x.abs(), found.far_end.y.abs());
+        let film = optics(0.0, 153.0).camera().film;
+        let corner = [film.width, film.height].map(|side| 0.5 * side.as_metres() * distance / 0.153);
+        assert!((x / corner[0] - 1.0).abs() < 1e-12 && (y / corner[1] - 1.0).abs() < 1e-12, "{found:?}");
+        for (got, want) in
+            found.front.into_iter().chain(found.rear).zip([front * y, front * x, rear * y, rear * x])
+        {
+            assert!((got / want - 1.0).abs() < 1e-3, "{got} {want}");
+        }
+        assert_eq!(found.largest_angle(), ("front swing", found.front[1]));
     }
 
     #[test]

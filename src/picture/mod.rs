@@ -143,3 +143,47 @@ impl Exposure {
         self.rms_error
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pictures that differ everywhere by the same differ by that; by chance that two pairs do not share they do not.
+    #[test]
+    fn changes_are_measured_and_chance_is_not() {
+        // No side is a multiple of a block's.
+        let (width, height) = (37, 21);
+        let picture = |color: &dyn Fn(usize) -> [f32; 3]| {
+            let rows: Vec<_> = (0..(width * height) as usize).map(color).collect();
+            let samples = Allocation::Uniform(1);
+            Exposure::from_rows(width, height, &rows, samples)
+        };
+        let change =
+            |ours: [&Exposure; 2], theirs: [&Exposure; 2], ev| Exposure::rms_change(ours, theirs, ev);
+        let (dark, light) = (picture(&|_| [0.2; 3]), picture(&|_| [0.5; 3]));
+        let near = |[change, most]: [f64; 2], want: f64| {
+            assert!((change - want).abs() < 1e-6 && most >= change, "{change} {most} {want}");
+        };
+        near(change([&dark; 2], [&light; 2], 0.0), 0.3);
+        near(change([&dark; 2], [&dark; 2], 0.0), 0.0);
+        // Twice as bright the lighter one is clipped to no more than white; once more both are.
+        near(change([&dark; 2], [&light; 2], 1.0), 0.6);
+        near(change([&dark; 2], [&light; 2], 2.0), 0.2);
+        near(change([&dark; 2], [&light; 2], 3.0), 0.0);
+        // One channel of three.
+        let red = picture(&|_| [0.5, 0.2, 0.2]);
+        near(change([&dark; 2], [&red; 2], 0.0), 0.3 / 3f64.sqrt());
+        // Every other pixel lighter and darker: a change if both pairs have it, none if they have it the other way round.
+        let by = |sign: f32| picture(&|i| [0.35 + sign * if i % 2 == 0 { 0.15 } else { -0.15 }; 3]);
+        let (even, odd, middle) = (by(1.0), by(-1.0), picture(&|_| [0.35; 3]));
+        near(change([&even; 2], [&middle; 2], 0.0), 0.15);
+        near(change([&even, &odd], [&middle; 2], 0.0), 0.0);
+        // The mean of many blocks is known better than that of few: two standard errors of the sum.
+        let third = picture(&|i| [if i % 37 < 8 { 0.5 } else { 0.2 }; 3]);
+        let [change, most] = change([&dark; 2], [&third; 2], 0.0);
+        let block = |rows: f64| 3.0 * 8.0 * rows * 0.09;
+        let blocks = [8.0, 8.0, 5.0].map(|rows| block(rows) * block(rows)).iter().sum::<f64>();
+        let want = (8.0 * 21.0 * 3.0 * 0.09 + 2.0 * blocks.sqrt()) / (3.0 * 37.0 * 21.0);
+        assert!((change - 0.3 * (8f64 / 37.0).sqrt()).abs() < 1e-6 && (most - want.sqrt()).abs() < 1e-6);
+    }
+}

@@ -12,9 +12,7 @@
 use super::LANES;
 use super::film::{ROUNDING, TileFilm, cross, minus};
 use crate::simd::at_level;
-use fearless_simd::{
-    Bytes, Level, Select, Simd, SimdBase, SimdFloat, SimdMask, SimdNarrow, f32x16, f64x8, u32x16,
-};
+use fearless_simd::{Bytes, Level, Select, Simd, SimdBase, SimdMask, SimdNarrow, f32x16, f64x8, u32x16};
 use glam::DVec4;
 
 /// A function bilinear in lens point (1, u, v) and place in the tile (1, x, y): coefficients of

@@ -167,3 +167,45 @@ pub(crate) fn bounds(points: impl IntoIterator<Item = DVec3>) -> [DVec3; 2] {
     let start = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     points.into_iter().fold(start, |[low, high], p| [low.min(p), high.max(p)])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::mesh::Triangle;
+    use super::*;
+
+    /// `world = translate + Ry(rotate_y) (scale v)`, whose quarter turn takes +x to -z and +z to +x; normals turn with it.
+    #[test]
+    fn a_mesh_is_scaled_then_turned_then_moved() {
+        let model = Model {
+            positions: vec![DVec3::ZERO, DVec3::X, DVec3::new(3.0, 3.0, 1.0)],
+            normals: vec![Vec3::X, Vec3::new(0.0, 2.0, 1.0)],
+            texcoords: vec![],
+            triangles: vec![Triangle {
+                positions: [0, 1, 2],
+                normals: [0, 1, 1],
+                texcoords: [NONE; 3],
+                material: 0,
+            }],
+            materials: vec![Material::default_surface()],
+            named_materials: 0,
+            textures: 0,
+            bounds: [DVec3::ZERO, DVec3::new(3.0, 3.0, 1.0)],
+            digest: [0; 32],
+        };
+        let placement =
+            Placement { scale: 2.0, rotate_y: Angle::degrees(90.0), translate: DVec3::new(1.0, 10.0, 100.0) };
+        let mut surfaces = Surfaces::default();
+        surfaces.add(&model, &placement).unwrap();
+        let want = [DVec3::new(1.0, 10.0, 100.0), DVec3::new(1.0, 10.0, 98.0), DVec3::new(3.0, 16.0, 94.0)];
+        for (got, want) in surfaces.positions.iter().zip(want) {
+            assert!((*got - want).length() < 1e-13, "{got} {want}");
+        }
+        for (got, want) in surfaces.normals.iter().zip([Vec3::NEG_Z, Vec3::new(1.0, 2.0, 0.0)]) {
+            assert!((*got - want).length() < 1e-6, "{got} {want}");
+        }
+        // Another after it has numbers of its own.
+        surfaces.add(&model, &Placement::default()).unwrap();
+        assert_eq!(surfaces.triangles, [[0, 1, 2], [3, 4, 5]]);
+        assert_eq!(surfaces.positions[5], DVec3::new(3.0, 3.0, 1.0));
+    }
+}

@@ -123,12 +123,16 @@ mod tests {
         for map in maps() {
             let [ours, textbook, single] = [2, 3, 4].map(|at| column(&map, at));
             println!("{}: library {ours:?}, textbook {textbook:?}, single {single:?}", map.name);
+            // Some of the questions have no answer, or one that no 53 bits decide.
             let (most, none) = match map.name {
                 "focus-plane" | "hinge-distance" => (1e-15, 0),
-                _ => (f64::INFINITY, usize::MAX),
+                "lens-for-plane" => (2e-15, 4),
+                "double-root" => (1e-15, 4),
+                "blur" => (3e-12, 56),
+                "three-points" => (1e-9, 170),
+                name => panic!("no bound for {name}"),
             };
             assert!(ours.0 <= most && ours.1 <= none, "{}: {ours:?}", map.name);
-            assert!(ours.1 <= textbook.1.max(single.1).max(ours.1.min(400)), "{}", map.name);
             assert!(textbook.0 > ours.0 || textbook.1 > ours.1, "{}", map.name);
         }
     }

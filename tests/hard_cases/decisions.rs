@@ -4,7 +4,7 @@ use super::input::Input;
 use super::input::Key::*;
 use super::oracle;
 use super::ours;
-use super::wide::{Big, big, positive};
+use super::wide::{Big, V3, big, is_zero, near, positive};
 use groundglass::optics::{Adjust, Limit};
 
 pub struct Decision {
@@ -41,6 +41,8 @@ pub fn all() -> Vec<Decision> {
     let on_a_line = b().at(Px, [0.1, 0.2, -10.0]).at(Qx, [0.2, 0.4, -11.0]).at(Rx, [0.3, 0.6, -12.0]);
     let through = b().at(Px, [0.3, 0.0, -1.0]).at(Qx, [1.0, 0.0, 0.3]);
     let decide = |name, why, want, oracle, ours| Decision { name, why, want, oracle, ours };
+    let upright = b().at(AtX, [1.0, 2.0, 3.0]).at(UpX, [-2.0, -4.0, -6.0]);
+    let has_image = |d: f64| oracle::distance(&b().with(C, d)).is_some_and(|found| positive(&found[0][0]));
     let distance = |d: f64| ours::distance(&b().with(C, d)).is_some();
     vec![
         decide(
@@ -54,15 +56,15 @@ pub fn all() -> Vec<Decision> {
             "J = f",
             "one double root: the lens square to the film, which stands at infinity",
             "no image",
-            true,
-            oracle::front_plane(&tall(0.15)).is_none() == ours::front_plane(&tall(0.15)).is_none(),
+            oracle::front_plane(&tall(0.15)).is_none(),
+            ours::front_plane(&tall(0.15)).is_none(),
         ),
-        decide("distance f", "the image is at infinity", "refused", true, !distance(0.15)),
+        decide("distance f", "the image is at infinity", "refused", !has_image(0.15), !distance(0.15)),
         decide(
             "distance f, one ulp more",
             "the film stands 7e14 m behind",
             "solved",
-            true,
+            has_image(0.15f64.next_up()),
             distance(0.15f64.next_up()),
         ),
         decide(
@@ -90,14 +92,14 @@ pub fn all() -> Vec<Decision> {
             "three points on one line",
             "decimal fractions: off the line by their rounding alone",
             "no plane",
-            true,
+            is_on_a_line(&on_a_line),
             refused(&on_a_line, true, Adjust::Front, Limit::NoPlane),
         ),
         decide(
             "a plane through the lens centre",
             "off it by rounding alone",
             "through the lens",
-            true,
+            is_through_lens(&through),
             refused(&through, false, Adjust::Front, Limit::ThroughLens),
         ),
         decide(
@@ -118,10 +120,25 @@ pub fn all() -> Vec<Decision> {
             "up along the view",
             "no frame",
             "refused",
-            true,
-            ours::camera(&b().at(AtX, [1.0, 2.0, 3.0]).at(UpX, [-2.0, -4.0, -6.0])).is_none(),
+            is_zero(&V3::of(upright.three(AtX)).cross(&V3::of(upright.three(UpX))).length()),
+            ours::camera(&upright).is_none(),
         ),
     ]
+}
+
+/// Off the line, or the lens centre, by no more than decimal fractions are rounded.
+const DOUBT: f64 = 1e-15;
+
+fn is_on_a_line(input: &Input) -> bool {
+    let [p, q, r] = [Px, Qx, Rx].map(|key| V3::of(input.three(key)));
+    let (a, b) = (q.minus(&p), r.minus(&p));
+    a.cross(&b).length() <= a.length() * b.length() * big(DOUBT)
+}
+
+fn is_through_lens(input: &Input) -> bool {
+    let (p, n) = (V3::of(input.three(Px)), V3::of(input.three(Qx)));
+    let off = near(&p.dot(&n)).abs();
+    off <= DOUBT * near(&(p.length() * n.length()))
 }
 
 fn oracle_is_sideways(tilt: f64) -> bool {

@@ -82,8 +82,10 @@ pub fn forward_after_inverse(wanted: u32) -> Found {
         let reach = (solved.extension.as_metres() / -optics.film_plane().e).max(1.0);
         let away = (point - lens).length();
         let oblique = (away / (f + offset.abs())).max(1.0);
-        found.gap = found.gap.max((a - b).length().min((a + b).length()) / reach / oblique);
-        found.miss = found.miss.max(got.distance(point - lens).abs() / away / (away / f) / reach);
+        let gap = (a - b).length().min((a + b).length()) / reach / oblique;
+        let miss = got.distance(point - lens).abs() / away / (away / f) / reach;
+        assert!(gap.is_finite() && miss.is_finite(), "{camera:?} for {point}, {normal}");
+        (found.gap, found.miss) = (found.gap.max(gap), found.miss.max(miss));
         found.solved += 1;
     }
     found

@@ -1,0 +1,71 @@
+//! `groundglass cost` from its first picture to its report, as a user runs it, and again.
+
+#[path = "common/program.rs"]
+mod program;
+
+use program::{command, finish, names};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+#[test]
+fn a_study_is_measured_written_and_taken_up_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("study");
+    let wall = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/wall.toml");
+    let run = |width: &str| {
+        let words = ["cost", wall.to_str().unwrap(), "--quick", "--width", width, "-o", "study"];
+        let ended = finish(command(folder.path(), &words));
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        ended.out
+    };
+    let read =
+        || -> Value { serde_json::from_str(&fs::read_to_string(study.join("cost.json")).unwrap()).unwrap() };
+    let said = run("48");
+    let json = read();
+    let number = |way: &str, setting: &str, key: &str| {
+        let rows = json["measured"].as_array().unwrap();
+        let row = rows.iter().find(|row| row["way"] == way && row["setting"] == setting);
+        row.unwrap_or_else(|| panic!("no row {way}, {setting}"))[key].as_f64().unwrap()
+    };
+
+    // The reference in 64 bits is a renderer of its own, with the same samples and a look-up in the texture for each: it is as wrong
+    // as the one in 32.
+    let (single, double) = (number("uniform", "N = 16", "true_rms"), number("64 bits", "N = 16", "true_rms"));
+    assert!((single - double).abs() < 0.01 * single, "{single} {double}");
+    // Four times as many samples at least halve the error; what is stated is about the truth.
+    let uniform = ["N = 4", "N = 16", "N = 64", "N = 256"];
+    for pair in uniform.windows(2) {
+        let [few, many] = [pair[0], pair[1]].map(|n| number("uniform", n, "true_rms"));
+        assert!(many < 0.6 * few, "{pair:?}: {few} {many}");
+    }
+    for setting in uniform {
+        let share = number("uniform", setting, "stated_rms") / number("uniform", setting, "true_rms");
+        assert!((1.0 / 1.5..1.5).contains(&share), "{setting}: {share}");
+        let [low, middle, high] =
+            ["seconds_low", "seconds", "seconds_high"].map(|key| number("uniform", setting, key));
+        assert!(0.0 < low && low <= middle && middle <= high, "{low} {middle} {high}");
+    }
+    // The sentence tells what the last rows say.
+    assert!(said.contains("Halving the error from here (") && said.contains(" times as long."), "{said}");
+    // The table has the rows of the JSON.
+    let table = fs::read_to_string(study.join("cost.csv")).unwrap();
+    assert_eq!(table.lines().count(), json["measured"].as_array().unwrap().len() + 1);
+    for chart in ["cost", "points", "optics", "crops"] {
+        for ending in ["toml", "svg", "pdf", "png"] {
+            assert!(
+                study.join(chart).with_extension(ending).metadata().unwrap().len() > 500,
+                "{chart}.{ending}"
+            );
+        }
+    }
+
+    // Taken up again nothing is measured twice; another study's files are kept aside.
+    run("48");
+    assert_eq!(read(), json);
+    let before = names(&study);
+    run("32");
+    assert_ne!(read(), json);
+    let kept = names(&study.join("earlier-1"));
+    assert!(kept.contains(&"cost.json".to_owned()) && kept.len() >= before.len() - 1, "{kept:?}");
+}
