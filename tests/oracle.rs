@@ -4,7 +4,7 @@ mod common;
 
 use common::extremes::{self, Extreme};
 use common::oracle;
-use common::scenes::{Random, Setting, camera, eight_bits, palette, scene, yard};
+use common::scenes::{ALIGNED, Random, Setting, camera, eight_bits, palette, scene, yard};
 use glam::DVec3;
 use groundglass::camera::Camera;
 use groundglass::picture::{Allocation, Exposure};
@@ -12,9 +12,6 @@ use groundglass::quantity::Angle;
 use groundglass::render::{Execution, SimdLevel, render, replay};
 use groundglass::scene::{Blades, Budget, Level, Patches, Scene, Surfaces, Texture};
 use std::sync::Arc;
-
-const ALIGNED: Setting =
-    Setting { front: [0.0, 0.0], rear: [0.0, 0.0], f_number: 5.6, stretch: 1.02, rise: 0.0 };
 
 fn compare(name: &str, scene: &Scene) {
     compare_doubting(name, scene, 20);
@@ -397,6 +394,7 @@ fn keep_the_wall(surfaces: &mut Surfaces) {
 
 #[test]
 fn shared_look_ups_stay_under_a_third_of_the_noise() {
+    let mut most = 0.0f64;
     for (name, setting) in settings() {
         let camera = camera(DVec3::new(0.3, 1.2, 2.5), DVec3::new(0.0, 0.9, -3.0), 150.0, setting);
         for samples in [16, 64, 256] {
@@ -415,10 +413,11 @@ fn shared_look_ups_stay_under_a_third_of_the_noise() {
                 "{name}, N = {samples}: sharing changes {all:.4} of the noise, look-ups {alone:.4} of a wall's"
             );
             assert!(all < 1.0 / 3.0, "{name}, N = {samples}: {all}");
-            // Blurred over more than a field, nothing is.
-            assert!(alone > 3e-4 || setting.stretch > 1.5, "{name}, N = {samples}: nothing is shared");
+            most = most.max(alone);
         }
     }
+    // Where the film is tilted; elsewhere the wall is sharp, and each sample reads it for itself.
+    assert!(most > 3e-4, "nothing is shared");
 }
 
 /// What fills the picture is one wall, whose texture changes by a step or two of 8 bits: hardly any noise to hide a change in, least of

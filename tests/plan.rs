@@ -5,7 +5,7 @@ mod common;
 mod program;
 
 use common::gap;
-use common::scenes::{Random, Setting, camera, plain, quad, scene, yard};
+use common::scenes::{ALIGNED, Random, Setting, camera, plain, quad, scene, yard};
 use glam::DVec3;
 use groundglass::Exposure;
 use groundglass::plan::RenderPlan;
@@ -183,6 +183,75 @@ fn where_a_part_is_blurred_only_its_tiles_pay() {
     println!("requests: {sharp} in focus, {half} with the right half blurred, {blurred} all");
     assert!(blurred > 1.3 * sharp, "{sharp} and {blurred}");
     assert!((half - sharp) / (blurred - sharp) < 0.55, "{sharp}, {half} and {blurred}");
+}
+
+/// A floor that nothing shades, seen from above: of a sun of `2 h` straight above it gets (1 + cos h) / 2 of the light of its middle.
+#[test]
+fn the_suns_disk_lights_also_what_no_shadow_falls_on() {
+    let camera = camera(DVec3::new(0.0, 3.0, 2.0), DVec3::ZERO, 150.0, ALIGNED);
+    let mut surfaces = Surfaces { materials: vec![plain([0.8, 0.6, 0.4])], ..Default::default() };
+    let corners = [(-50.0, 50.0), (50.0, 50.0), (50.0, -50.0), (-50.0, -50.0)];
+    quad(&mut surfaces, corners.map(|(x, z)| DVec3::new(x, 0.0, z)), 1.0, 0);
+    surfaces.build_hierarchy();
+    for (degrees, is_in) in [(0.5, false), (20.0, true), (60.0, true), (180.0, true)] {
+        let mut scene = scene(&camera, surfaces.clone(), 16, 256);
+        let sun = scene.sun.as_mut().unwrap();
+        (sun.toward, sun.color, sun.shadows) = (DVec3::Y, DVec3::ONE, true);
+        sun.angular_diameter = Angle::degrees(degrees);
+        scene.sky.ambient = DVec3::ZERO;
+        assert_eq!(RenderPlan::new(&scene).active().has(EffectName::SoftShadows), is_in, "{degrees} degrees");
+        let half = 0.5 * degrees.to_radians();
+        let want = 0.5 * (1.0 + if is_in { libm::cos(half) } else { 1.0 });
+        let picture = draw(&scene);
+        let places = || (0..picture.height()).flat_map(|y| (0..16).map(move |x| (x, y)));
+        for (c, of) in [0.8, 0.6, 0.4].into_iter().enumerate() {
+            let sum: f64 = places().map(|(x, y)| f64::from(picture.pixel(x, y)[c])).sum();
+            let mean = sum / places().count() as f64;
+            assert!((mean - of * want).abs() < 1e-3, "{degrees} degrees: {mean}, not {}", of * want);
+        }
+    }
+}
+
+/// An empty scene, level, so close up that the sky is far out of focus: its horizon is the mean over the lens.
+#[test]
+fn the_sky_is_seen_through_the_whole_lens() {
+    for (f_number, stretch, samples) in [(1.0, 2.0, 256), (1.0, 2.0, 1024), (2.8, 2.0, 256), (1.4, 1.04, 256)]
+    {
+        let setting = Setting { f_number, stretch, ..ALIGNED };
+        let mut scene =
+            scene(&camera(DVec3::ZERO, DVec3::NEG_Z, 150.0, setting), Surfaces::default(), 25, samples);
+        scene.sky.horizon = DVec3::ZERO;
+        scene.sky.zenith = DVec3::ONE;
+        scene.render.falloff = false;
+        let picture = draw(&scene);
+        let (width, height) = (picture.width(), picture.height());
+        let film = scene.optics.camera().film;
+        let (film, behind) = ([film.width.as_metres(), film.height.as_metres()], 0.15 * stretch);
+        // `q_w s - p` of the contract, up being y: q_w = 1 - behind / f.
+        let rise = |[sx, sy]: [f64; 2], [px, py]: [f64; 2]| {
+            let q = 1.0 - behind / 0.15;
+            let [x, y] = [q * sx - px, q * sy - py];
+            (y / (x * x + y * y + behind * behind).sqrt()).max(0.0)
+        };
+        let mut worst = 0.0f64;
+        for (i, j) in (0..height).flat_map(|j| [2, width / 2].map(|i| (i, j))) {
+            let (mut sum, mut count) = (0.0, 0.0);
+            for k in 0..60 * 60 * 9 {
+                let at = |k: i32, n: i32| (f64::from(k % n) + 0.5) / f64::from(n);
+                let (radius, angle) = (
+                    at(k, 60).sqrt() * scene.optics.aperture_radius(),
+                    at(k / 60, 60) * std::f64::consts::TAU,
+                );
+                let (x, y) = (f64::from(i) + at(k / 3600, 3), f64::from(j) + at(k / 10_800, 3));
+                let place = [(0.5 - x / f64::from(width)) * film[0], (y / f64::from(height) - 0.5) * film[1]];
+                sum += rise([radius * libm::cos(angle), radius * libm::sin(angle)], place);
+                count += 1.0;
+            }
+            worst = worst.max((f64::from(picture.pixel(i, j)[0]) - sum / count).abs());
+        }
+        println!("f/{f_number}, {stretch} f, {samples} samples: off by {worst:.1e} at most");
+        assert!(worst < 1e-3, "f/{f_number}, {samples} samples: off by {worst}");
+    }
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! Whether diffraction can be seen: its first dark ring against the pixel, the smallest blur in view and the brightest light.
 
 use super::asks;
+use super::light::brightest;
 use super::reason::{digits, pixels};
-use super::small::{View, brightest};
+use super::small::View;
 use crate::scene::{EffectName, Scene};
 
 /// The first dark ring below this many pixels across is under the pixel's own filter: of a ring `D` pixels across, about

@@ -1,7 +1,7 @@
 //! Why an effect is in a picture or not, in words: the number that decides against its threshold.
 
-use super::small::{self, BLUR_PX, View};
-use super::{asks, diffraction};
+use super::small::{BLUR_PX, View};
+use super::{asks, diffraction, light};
 use crate::scene::EffectName;
 
 /// Whether it is asked for, whether it is seen, and the number that says so.
@@ -32,9 +32,9 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
             format!("{out_of_view} of {of} materials that may cast shadows have {what}, threshold 1"),
         )
     };
-    let light = view.light();
-    let by_light = |because: String| match light > 1.0 {
-        true => format!("{because} for light up to {light:.1}"),
+    let brightest = view.light();
+    let by_light = |because: String| match brightest > 1.0 {
+        true => format!("{because} for light up to {brightest:.1}"),
         false => because,
     };
     match name {
@@ -44,8 +44,16 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
         EffectName::Defocus => {
             let (blur, threshold) = (pixels(view.blur()), digits(view.blur_threshold()));
             let because = by_light(format!("largest blur {blur}, threshold {threshold} px"));
-            let shows_lens = view.has_falloff_over_lens();
-            let because = if shows_lens { because + ", and falloff shows the lens" } else { because };
+            let because = match (view.has_falloff_over_lens(), view.has_sky_over_lens()) {
+                (true, true) => because + ", and falloff and the sky show the lens",
+                (true, false) => because + ", and falloff shows the lens",
+                (false, true) => {
+                    let (most, threshold) =
+                        (digits(light::sky_over_lens(scene)), digits(view.falloff_threshold()));
+                    format!("{because}; the sky changes by up to {most}, threshold {threshold}")
+                }
+                (false, false) => because,
+            };
             (true, is_seen, because)
         }
         EffectName::Antialiasing => {
@@ -85,7 +93,12 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
             (
                 asked,
                 is_seen,
-                format!("{key}{sun}penumbra up to {width} square to the light, threshold {threshold} px"),
+                format!(
+                    "{key}{sun}penumbra up to {width} square to the light, threshold {threshold} px; sunlight changes by up to {}, \
+                     threshold {}",
+                    digits(light::softening(scene)),
+                    digits(view.falloff_threshold())
+                ),
             )
         }
         EffectName::ApertureShape => match scene.blades {
@@ -98,18 +111,22 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
                 let key = if view.has_lens() { "" } else { "--without defocus: " };
                 let because =
                     by_light(format!("{key}{count} blades, largest blur {blur}, threshold {threshold} px"));
-                let shows_falloff = view.has_lens() && view.has_falloff_over_lens();
-                let because = match (view.has_diffraction(), shows_falloff) {
-                    (true, true) => because + ", and diffraction and falloff show it",
-                    (true, false) => because + ", and diffraction shows it",
-                    (false, true) => because + ", and falloff shows it",
-                    (false, false) => because,
+                let shows = [
+                    ("diffraction", view.has_diffraction()),
+                    ("falloff", view.has_lens() && view.has_falloff_over_lens()),
+                    ("the sky", view.has_lens() && view.has_sky_over_lens()),
+                ];
+                let names: Vec<_> = shows.iter().filter(|(_, shows)| *shows).map(|(name, _)| *name).collect();
+                let because = match names.len() {
+                    0 => because,
+                    1 => format!("{because}, and {} shows it", names[0]),
+                    _ => format!("{because}, and {} show it", names.join(" and ")),
                 };
                 (true, is_seen, because)
             }
         },
         EffectName::Falloff => {
-            let (most, threshold) = (digits(small::largest_falloff(scene)), digits(view.falloff_threshold()));
+            let (most, threshold) = (digits(light::largest_falloff(scene)), digits(view.falloff_threshold()));
             let key = if asked { "light changes" } else { "render.falloff = false; light would change" };
             (asked, is_seen, format!("{key} by up to {most}, threshold {threshold}"))
         }

@@ -1,9 +1,10 @@
 //! Which of the effects that a scene asks for are too small to be seen: numbers against thresholds. In: a scene. Out: yes or no,
 //! without looking at more of the scene than it takes.
 
+use super::light::{self, brightest};
 use super::seen::{MARGIN, Seen};
 use super::{TOLERANCE, asks, diffraction, tolerance};
-use crate::scene::{EffectName, Material, Scene, bounds};
+use crate::scene::{EffectName, Scene, bounds};
 use glam::DVec3;
 use std::cell::OnceCell;
 
@@ -55,15 +56,22 @@ impl<'a> View<'a> {
         self.seen().blur.map_or(0.0, |blur| blur[0])
     }
 
-    /// Whether a blur reaches its threshold, which light makes smaller than the usual one. (What is in view is asked for only where
-    /// the brightest light of the scene, in view or not, would make the difference.)
+    /// A length in pixels that is not seen, which light makes smaller than the usual one.
+    fn threshold(&self, usual: f64, light: f64) -> f64 {
+        self.scale * usual / light
+    }
+
+    /// Whether a blur reaches its threshold. (What is in view is asked for only where the brightest light of the scene, in view or
+    /// not, would make the difference.)
     fn has_blur_of(&self, usual: f64) -> bool {
-        let has = |light: f64| match (self.seen.get(), self.scale * usual / light) {
-            (Some(_), threshold) => self.blur() >= threshold,
-            (None, threshold) => Seen::has_blur_of(self.scene, threshold),
-        };
-        let most = brightest(self.scene, |_| true);
-        has(1.0) || (most > 1.0 && has(most) && has(self.light()))
+        if self.seen.get().is_some() {
+            return self.blur() >= self.threshold(usual, self.light());
+        }
+        let has = |light: f64| Seen::has_blur_of(self.scene, self.threshold(usual, light));
+        has(1.0) || {
+            let most = brightest(self.scene, |_| true);
+            most > 1.0 && has(most) && self.blur() >= self.threshold(usual, self.light())
+        }
     }
 
     /// How wide the sun's disk is at a distance of one; 0 without a sun.
@@ -98,7 +106,8 @@ impl<'a> View<'a> {
         let film = optics.camera().film;
         let (width, height) = (film.width.as_metres(), film.height.as_metres());
         // As much more of the plane as is looked at.
-        let corners = FILM.map(|(x, y)| optics.film_point(MARGIN * x * width, MARGIN * y * height).length());
+        let corners =
+            light::FILM.map(|(x, y)| optics.film_point(MARGIN * x * width, MARGIN * y * height).length());
         let farthest = corners.into_iter().fold(0.0, f64::max);
         let pixel = width / f64::from(scene.render.width);
         let magnification = farthest * farthest / optics.film_plane().e.abs() / nearest / pixel;
@@ -106,18 +115,15 @@ impl<'a> View<'a> {
     }
 
     pub(super) fn blur_threshold(&self) -> f64 {
-        self.scale * BLUR_PX / self.light()
+        self.threshold(BLUR_PX, self.light())
     }
 
     pub(super) fn shape_threshold(&self) -> f64 {
-        self.scale * SHAPE_PX / self.light()
+        self.threshold(SHAPE_PX, self.light())
     }
 
     pub(super) fn penumbra_threshold(&self) -> f64 {
-        let sun = self.scene.sun.as_ref().map_or(DVec3::ZERO, |sun| sun.color);
-        let given = |material: &Material| material.diffuse.map(f64::from).into_iter().fold(0.0, f64::max);
-        let most = self.scene.surfaces.materials.iter().map(given).fold(0.0, f64::max) * sun.max_element();
-        self.scale * PENUMBRA_PX / shown(self.scene, most)
+        self.threshold(PENUMBRA_PX, light::of_sun(self.scene).max(1.0))
     }
 
     pub(super) fn falloff_threshold(&self) -> f64 {
@@ -137,17 +143,21 @@ impl<'a> View<'a> {
     pub(super) fn is_small(&self, name: EffectName) -> bool {
         let scene = self.scene;
         match name {
-            EffectName::Defocus => !self.has_falloff_over_lens() && !self.has_blur_of(BLUR_PX),
+            EffectName::Defocus => {
+                !self.has_falloff_over_lens() && !self.has_sky_over_lens() && !self.has_blur_of(BLUR_PX)
+            }
             EffectName::ApertureShape => {
-                let shows = || self.has_falloff_over_lens() || self.has_blur_of(SHAPE_PX);
+                let shows =
+                    || self.has_falloff_over_lens() || self.has_sky_over_lens() || self.has_blur_of(SHAPE_PX);
                 !(self.has_diffraction() || self.has_lens() && shows())
             }
             EffectName::SoftShadows => {
+                let has_penumbra =
+                    || self.farthest_penumbra() >= self.penumbra_threshold() && self.has_penumbra();
                 scene.render.effects.without.has(EffectName::Shadows)
-                    || self.farthest_penumbra() < self.penumbra_threshold()
-                    || !self.has_penumbra()
+                    || !(self.has_soft_light() || has_penumbra())
             }
-            EffectName::Falloff => largest_falloff(scene) < self.falloff_threshold(),
+            EffectName::Falloff => light::largest_falloff(scene) < self.falloff_threshold(),
             EffectName::Diffraction => !diffraction::is_seen(self),
             EffectName::Antialiasing
             | EffectName::Textures
@@ -161,54 +171,18 @@ impl<'a> View<'a> {
     /// centre alone that it shows.
     pub(super) fn has_falloff_over_lens(&self) -> bool {
         let scene = self.scene;
-        if !asks(scene, EffectName::Falloff) || scene.render.effects.without.has(EffectName::Falloff) {
-            return false;
-        }
-        let center = weight_of_light(scene, (0.0, 0.0), (0.0, 0.0));
-        // A ring that halves the area has the disk's mean of all up to cubes.
-        let ring = std::f64::consts::FRAC_1_SQRT_2;
-        let lens = [(ring, 0.0), (-ring, 0.0), (0.0, ring), (0.0, -ring)];
-        let less = |film: (f64, f64)| {
-            let mean = lens.map(|lens| weight_of_light(scene, film, lens)).iter().sum::<f64>() / 4.0;
-            ((mean - weight_of_light(scene, film, (0.0, 0.0))) / center).abs()
-        };
-        FILM.map(less).into_iter().fold(0.0, f64::max) >= self.falloff_threshold()
+        asks(scene, EffectName::Falloff)
+            && !scene.render.effects.without.has(EffectName::Falloff)
+            && light::falloff_over_lens(scene) >= self.falloff_threshold()
     }
-}
 
-/// The brightest light that materials of these numbers give, their own and that of sun and sky, or the sky does itself, as shown;
-/// at least white.
-pub(super) fn brightest(scene: &Scene, counts: impl Fn(usize) -> bool) -> f64 {
-    let materials = scene.surfaces.materials.iter().enumerate().filter(|(number, _)| counts(*number));
-    let lights = materials.map(|(_, material)| f64::from(scene.most_light(material).max_element()));
-    let sky = scene.sky.horizon.max(scene.sky.zenith).max_element();
-    shown(scene, lights.fold(sky, f64::max))
-}
+    /// Whether the sky, which is out of focus as what is far away is, looks another through the whole lens.
+    pub(super) fn has_sky_over_lens(&self) -> bool {
+        light::sky_over_lens(self.scene) >= self.falloff_threshold()
+    }
 
-/// So much light as the picture shows it, at least white.
-fn shown(scene: &Scene, light: f64) -> f64 {
-    (light * libm::exp2(scene.render.exposure_ev)).max(1.0)
-}
-
-/// The film's corners and centre.
-const FILM: [(f64, f64); 5] = [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5), (0.0, 0.0)];
-
-/// The weight of light from a lens point, in aperture radii, to a point of [`FILM`]: not normalized.
-fn weight_of_light(scene: &Scene, (x, y): (f64, f64), (u, v): (f64, f64)) -> f64 {
-    let optics = &scene.optics;
-    let film = optics.camera().film;
-    let lens = optics.lens_point(u, v) * optics.aperture_radius();
-    let r = optics.film_point(x * film.width.as_metres(), y * film.height.as_metres()) - lens;
-    optics.axis().dot(r).abs() * optics.film_normal().dot(r).abs() / (r.length_squared() * r.length_squared())
-}
-
-/// How far the weight of light is from 1, at most, at the film's corners through the middle and the rim of the lens.
-pub(super) fn largest_falloff(scene: &Scene) -> f64 {
-    let center = weight_of_light(scene, (0.0, 0.0), (0.0, 0.0));
-    let lens = [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
-    let far = |film: (f64, f64)| {
-        let each = lens.map(|lens| (weight_of_light(scene, film, lens) / center - 1.0).abs());
-        each.into_iter().fold(0.0, f64::max)
-    };
-    FILM.map(far).into_iter().fold(0.0, f64::max)
+    /// Whether surfaces that nothing shades are lit otherwise by the sun's disk than by its middle.
+    fn has_soft_light(&self) -> bool {
+        light::softening(self.scene) >= self.falloff_threshold()
+    }
 }

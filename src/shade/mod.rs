@@ -5,7 +5,7 @@
 //! unless the sun casts shadows, which have a path of their own ([`shadowed`]): what is off costs nothing.
 //!
 //! The way: [`look`], a surface in a tile; [`run`], [`single`] below 16 samples a pixel, or [`shadowed`] with [`sun`] and
-//! [`shadows`]; [`texels`] with [`coordinates`], [`filter`], [`packed`], [`reads`], [`gather`] and [`bilinear`]; [`samples`], with
+//! [`shadows`]; [`sky`] where there is no surface; [`texels`] with [`coordinates`], [`filter`], [`packed`], [`reads`], [`gather`] and [`bilinear`]; [`samples`], with
 //! [`falloff`]. Before all these [`cutout`] tells `raster::kernel` what samples pass through.
 //!
 //! Samples of a pixel, up to 64, that see one surface share what hardly changes between them; each looks into the texture for
@@ -29,6 +29,7 @@ mod shadowed;
 mod shadows;
 mod sight;
 mod single;
+mod sky;
 mod sun;
 mod texels;
 

@@ -2,7 +2,7 @@
 //!
 //! Groups come from `raster::group`, by way of `render::draw`; the light of each goes to [`super::samples`], of its even and of
 //! its odd samples: of `k` samples `k Ke + Kd (ambient sum texel + sun sum(texel max(0, n.l)))`, with 1 for a texel where there
-//! is no texture, and of the sky `k (horizon + (zenith - horizon) max(0, up.d))`, `d` being the ray's unit vector.
+//! is no texture. Of those that meet no surface: [`super::sky`].
 //!
 //! Sixteen groups at a time. Of a flat surface all samples of a group receive one light, that of the side which is seen from its
 //! mean place; where normals are interpolated each sample has its own ([`Slope`]). What samples read from the texture comes
@@ -15,6 +15,7 @@ use super::packed::Packed;
 use super::reads::Reads;
 use super::samples::{Places, Rays, Samples, Sums};
 use super::single;
+use super::sky;
 use super::texels::{LookUps, Textured, lanes_of, of_groups};
 use crate::raster::LANES;
 use crate::raster::group::Group;
@@ -40,7 +41,7 @@ impl Shader<'_> {
             Some(look) => {
                 at_level!(level, simd => surface(simd, self, (look, samples), groups, look_ups, sums))
             }
-            None => at_level!(level, simd => sky(simd, self, samples, groups, sums)),
+            None => at_level!(level, simd => sky::sky(simd, self, samples, groups, sums)),
         }
     }
 }
@@ -228,23 +229,4 @@ pub(super) fn facing<S: Simd>(simd: S, look: &Look, rays: &Rays, at: &Places<S>)
 fn evaluate<S: Simd>(k: &Bilinear4, i: usize, at: &Places<S>) -> f32x16<S> {
     let [c, cx, cy] = at_lens(k, i, at.u, at.v);
     c + cx * at.x + cy * at.y
-}
-
-#[inline(always)]
-fn sky<S: Simd>(simd: S, shader: &Shader<'_>, samples: &Samples<'_>, groups: &[Group], sums: &mut Sums) {
-    let zero = f32x16::splat(simd, 0.0);
-    let (up, horizon) = (shader.up, shader.horizon.extend(0.0));
-    let climb = shader.zenith.extend(0.0) - horizon;
-    for chunk in groups.chunks(LANES) {
-        let at = samples.places(simd, chunk);
-        let [rx, ry, rz] = samples.rays.at_all(simd, &at);
-        let length = (rx * rx + ry * ry + rz * rz).sqrt();
-        let rise = (rx * up.x + ry * up.y + rz * up.z) / length;
-        let rise = rise.simd_gt(zero).select(rise, zero).to_array();
-        for (i, group) in chunk.iter().enumerate().take(LANES) {
-            let counts = samples.counts(group);
-            let color = horizon + climb * rise[i];
-            samples.add_any(simd, group, [color * counts[0], color * counts[1]], sums);
-        }
-    }
 }

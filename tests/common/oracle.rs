@@ -257,7 +257,7 @@ fn see(scene: &Scene, lens: DVec2, film: DVec2) -> (Option<Hit>, bool) {
     (best, nearest_doubt > 0.0 && nearest_doubt >= seen * (1.0 - 1e-4))
 }
 
-/// The light of a sample, the level of its texture, or the sky, that of a mean place; whether by a hair it would be another; and how far
+/// The light of a sample, the level of its texture that of a mean place; whether by a hair it would be another; and how far
 /// single precision may be off.
 fn radiance(scene: &Scene, sample: &Seen, (lens, film): (DVec2, DVec2)) -> (DVec3, bool, f64) {
     match &sample.hit {
@@ -271,7 +271,7 @@ fn radiance(scene: &Scene, sample: &Seen, (lens, film): (DVec2, DVec2)) -> (DVec
             )
         }
         None => {
-            let rise = scene.up.normalize().dot(direction(scene, lens, film)).max(0.0);
+            let rise = scene.up.normalize().dot(direction(scene, sample.lens, sample.film)).max(0.0);
             (scene.sky.horizon + (scene.sky.zenith - scene.sky.horizon) * rise, false, 0.0)
         }
     }

@@ -42,6 +42,10 @@ pub struct Setting {
     pub rise: f64,
 }
 
+/// Nothing turned or moved.
+pub const ALIGNED: Setting =
+    Setting { front: [0.0, 0.0], rear: [0.0, 0.0], f_number: 5.6, stretch: 1.02, rise: 0.0 };
+
 pub fn camera(eye: DVec3, look_at: DVec3, focal_mm: f64, setting: Setting) -> Camera {
     let standard = |[tilt, swing]: [f64; 2], rise: f64| Standard {
         tilt: Angle::degrees(tilt),

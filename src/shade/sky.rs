@@ -1,0 +1,66 @@
+//! The sky: a run of groups of samples that meet no surface in, light added to their pixels out. Of the even and of the odd samples
+//! `sum(horizon + (zenith - horizon) max(0, up.d))`, `d` being each ray's unit vector.
+//!
+//! Sample by sample, for a group may see through the whole lens: close up, where what is far is out of focus, the mean place of its
+//! samples gives another light than they do on the mean (at f/1 and 1:1 by 0.0025, which more samples did not change). An
+//! empty picture takes 2.7 times as long as with one ray for a group, and a third of what the tower takes for each sample (Zen 3).
+
+use super::Shader;
+use super::gather::total;
+use super::samples::{Places, Samples, Sums};
+use crate::raster::LANES;
+use crate::raster::group::Group;
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16};
+use glam::Vec4;
+
+impl Shader<'_> {
+    /// `max(0, up.d)` at these places.
+    #[inline(always)]
+    fn rise<S: Simd>(&self, simd: S, samples: &Samples<'_>, at: &Places<S>) -> f32x16<S> {
+        let [rx, ry, rz] = samples.rays.at_all(simd, at);
+        let square = rx * rx + ry * ry + rz * rz;
+        let rise = rx * self.up.x + ry * self.up.y + rz * self.up.z;
+        (rise / square.sqrt()).max(f32x16::splat(simd, 0.0))
+    }
+
+    #[inline(always)]
+    fn sky_at(&self, rise: f32, count: f32) -> Vec4 {
+        (self.horizon * count + (self.zenith - self.horizon) * rise).extend(0.0)
+    }
+}
+
+#[inline(always)]
+pub(super) fn sky<S: Simd>(
+    simd: S,
+    shader: &Shader<'_>,
+    samples: &Samples<'_>,
+    groups: &[Group],
+    sums: &mut Sums,
+) {
+    if samples.single {
+        for chunk in groups.chunks(LANES) {
+            let rise = shader.rise(simd, samples, &samples.places(simd, chunk)).to_array();
+            for (group, &rise) in chunk.iter().zip(&rise) {
+                samples.add_one(simd, group, shader.sky_at(rise, 1.0), sums);
+            }
+        }
+        return;
+    }
+    let zero = f32x16::splat(simd, 0.0);
+    for group in groups {
+        let (mut even, mut odd) = (zero, zero);
+        for number in group.batches() {
+            let (lanes, Some(batch)) = (group.lanes_of(number), samples.batches.get(number)) else {
+                continue;
+            };
+            let rise = shader.rise(simd, samples, &samples.of_batch(simd, group, batch));
+            let part = |lanes: u16| mask32x16::from_bitmask(simd, u64::from(lanes));
+            even += part(lanes & !batch.odd).select(rise, zero);
+            odd += part(lanes & batch.odd).select(rise, zero);
+        }
+        let counts = samples.counts(group);
+        let colors = [(even, counts[0]), (odd, counts[1])]
+            .map(|(rise, count)| shader.sky_at(total(simd, rise, 0xffff), count));
+        samples.add(simd, group, colors, sums);
+    }
+}
