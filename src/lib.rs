@@ -65,7 +65,7 @@
 //!
 //! # Diagrams
 //!
-//! A [`Figure`] is the camera in section, with its planes and lines to scale, as SVG or pixels.
+//! A [`Figure`] is the camera in section, with its planes and lines to scale, as SVG, PDF or pixels.
 //!
 //! ```
 //! use groundglass::{Camera, Figure, FocusTarget, Optics, glam::DVec3, solve};
@@ -82,13 +82,14 @@
 //!
 //! * Right-handed frames. **World**: metres, the scene's own axes. **Rail**: origin at the eye, x right, y up, -z toward
 //!   the subject. **Lens space**, in which [`Optics`] works: the rail's axes, origin at the lens centre.
-//! * [`Length`] and [`Angle`] carry units; bare `f64` are metres and radians.
+//! * [`Length`] and [`Angle`] carry units; bare `f64` are metres and radians where nothing else is said.
 //! * Positive tilt leans the top of a standard toward the subject; positive swing turns it to face right;
 //!   rise is up and shift to the right along the rail's axes.
 //! * A [`Plane`](geometry::Plane) is a covector `(m, e)`: points with `m.x + e = 0`. A [`Line`](geometry::Line) is
 //!   Plücker: direction and moment. Both may lie at infinity, and nothing divides by sin(tilt).
 //! * Pictures are linear light, upright, pixel (0, 0) at the top left.
-//! * Every failure is one [`Error`]: what, where (file, line, key), and what to do. Nothing panics on input.
+//! * Every failure is an [`Error`], or becomes one ([`optics::Unsolvable`], which says which limit stops it): what, where
+//!   (file, line, key), and what to do. Nothing panics on input.
 //!
 //! The examples folder of the repository has the same as whole programs.
 

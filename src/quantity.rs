@@ -1,4 +1,4 @@
-//! Lengths, angles and f-numbers. Unit names occur here and nowhere deeper.
+//! Lengths, angles and f-numbers. What formulas take has units here.
 
 use crate::error::{Error, Result};
 

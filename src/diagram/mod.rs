@@ -16,7 +16,7 @@
 //! | `ray-bundle` | the area between the outermost rays of a bundle |
 //! | `bellows`, `lens-board` | the camera's body, a symbol without measure |
 //! | `arrow` | at a panel's border: the way to a line or plane that lies off it |
-//! | `dimension` | the focal length, from lens to front focal plane |
+//! | `dimension` | a measured length: the focal length, from lens to front focal plane; J, to the hinge line |
 //! | `leader` | from labels to what they name |
 //! | `inset-mark` | which part of the main panel the inset enlarges |
 //! | `frame` | a panel's border |

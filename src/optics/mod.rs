@@ -64,8 +64,8 @@ impl Optics {
     /// The optics of `camera`.
     ///
     /// # Errors
-    /// [`crate::error::ErrorKind::NoSolution`] when a standard faces backwards, or the extension or
-    /// focal length is not positive.
+    /// [`crate::error::ErrorKind::NoSolution`] when a standard faces backwards, or the extension is not positive and
+    /// finite; [`crate::error::ErrorKind::Invalid`] when the focal length is not.
     pub fn new(camera: &Camera) -> Result<Self> {
         let f = camera.focal_length.as_metres();
         if !(f > 0.0 && f.is_finite()) {

@@ -50,7 +50,7 @@ pub enum Limit {
     NoRealImage,
     /// A standard would face backwards.
     Backwards,
-    /// The film would stand on or before the lens along the rail.
+    /// The film would stand on or before the lens along the rail, or more than 1e15 m behind it.
     Extension,
 }
 

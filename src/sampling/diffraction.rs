@@ -16,7 +16,7 @@ use std::f64::consts::{PI, TAU};
 /// The share of the light beyond the cut-off.
 const CUT_OFF: f64 = 0.004;
 
-/// Steps from the middle to the cut-off: a tenth of a ring each.
+/// Steps from the middle to the cut-off: a thirtieth of a ring each.
 const STEPS: usize = 1600;
 
 /// Where in the pattern sample `index` of a stream goes: two more dimensions of the sample sequence, each in 0..1.

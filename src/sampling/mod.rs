@@ -4,7 +4,8 @@
 //! The sequence is Sobol's in base 2 (directions of S. Joe and F. Y. Kuo, SIAM J. Sci. Comput. 30 (2008),
 //! 2635-2654), Owen-scrambled by hashing (B. Burley, "Practical hash-based Owen scrambling", JCGT 9(4),
 //! 2020; the hash is N. Vegdahl's improvement of Laine and Karras's). Its first two dimensions are the
-//! lens, so every power of two of consecutive points puts equally many in each elementary interval.
+//! lens, so of every power of two of consecutive points the even half and the odd half, scrambled apart, put equally
+//! many in each elementary interval.
 
 mod aperture;
 mod cone;

@@ -2,7 +2,7 @@
 //!
 //! The cells of a tiled floor, or the two halves of a wall, lie in one plane and continue one another's
 //! texture. Where they do to a small part of a texel, samples that see them are shaded together: on the tower
-//! scene a pixel's 16 samples then see 1.5 different things instead of 2.5.
+//! scene a pixel's 16 samples then see 1.7 different things instead of 2.5.
 
 use super::mesh::NONE;
 use super::surfaces::{Surfaces, bounds};
