@@ -354,4 +354,13 @@ fn explain_tells_every_effect() {
     assert_eq!(small["tolerance_rms"], 0.0005);
     run(&folder, &["explain", "scene.toml", "--max-error", "0"]).expect(64, &["positive"]);
     run(&folder, &["explain", "nothing.toml"]).expect(2, &["nothing.toml"]);
+    // Diffraction that this scene cannot have, and does not ask for.
+    let leaning = CAMERA.replace("5.6", "3000");
+    let scene = format!("{leaning}[camera.rear]\ntilt_deg = 45\n{SMALL}");
+    std::fs::write(folder.join("leaning.toml"), scene).unwrap();
+    let json = run(&folder, &["explain", "leaning.toml", "--json"]).expect(0, &[]).json();
+    let diffraction = json["effects"].as_array().unwrap().iter().find(|e| e["effect"] == "diffraction");
+    assert!(diffraction.unwrap()["cost"].is_null() && json["effects"][1]["change_rms"].is_number());
+    run(&folder, &["render", "leaning.toml", "-o", "o.png", "--with", "diffraction"])
+        .expect(2, &["render.diffraction"]);
 }

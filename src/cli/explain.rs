@@ -107,6 +107,7 @@ fn explain(scene: &mut Scene, execution: Execution<'_>) -> Result<Explanation> {
     let effects = plan.effects().iter().zip(absent).zip(pairs).map(|((effect, absent), pair)| {
         let measured = match pair.map(|pair| pair.map(|place| &probes[place])) {
             _ if absent => Some(([0.0; 2], [0.0; 2])),
+            Some([base, other]) if base.is_refused || other.is_refused => None,
             Some([base, other]) => {
                 let [more, error] = base.extra_time(other);
                 let cost = if effect.active { 0.0 - more } else { more };
@@ -164,7 +165,11 @@ fn words(explanation: &Explanation) -> String {
         let state = if row.active { "in" } else { "out" };
         let cost = match row.cost {
             None => "-".into(),
-            Some(0.0) => "0 %".into(),
+            // Hardly to be told from chance.
+            Some(0.0) => match row.cost_at_most {
+                Some(most) if most >= 0.005 => bracketed(row, format!("<{:.0} %", 100.0 * most)),
+                _ => "0 %".into(),
+            },
             Some(cost) if row.active => format!("{:+.0} %", 100.0 * cost),
             Some(cost) => format!("({:+.0} %)", 100.0 * cost),
         };
@@ -178,7 +183,7 @@ fn words(explanation: &Explanation) -> String {
         text += &format!("{:<15} {state:<4} {cost:>8}  {change:>9}  {}\n", row.effect, row.because);
     }
     text += &format!(
-        "\ntime: what the effect adds to the picture's time, 0 where that cannot be told from chance;\nchange: RMS between with and \
+        "\ntime: what the effect adds to the picture's time, < where that cannot be told from chance;\nchange: RMS between with and \
          without, linear light, without noise; < where it cannot be told from noise;\nin parentheses, of what is out: what it would add and change; - where the scene \
          cannot have it; soft shadows are compared with hard ones. Both of pictures {} pixels wide with {} samples.\nWhat is left out as too small may change the picture by {}.\n",
         PROBE.0,

@@ -4,7 +4,7 @@
 
 use super::progress::Progress;
 use super::stats::median;
-use groundglass::error::Result;
+use groundglass::error::{ErrorKind, Result};
 use groundglass::picture::Exposure;
 use groundglass::render::{Execution, render};
 use groundglass::scene::{Budget, EffectChoice, EffectSet, PictureSettings, Scene, Sun};
@@ -28,6 +28,8 @@ pub(super) struct Probe {
     pictures: Vec<Exposure>,
     /// What it took, round by round.
     seconds: Vec<f64>,
+    /// Whether the scene cannot have it, such as diffraction that bends light to where there is no film.
+    pub(super) is_refused: bool,
 }
 
 impl Probe {
@@ -38,7 +40,7 @@ impl Probe {
         (settings.width, settings.height) = (PROBE.0, (height.round() as u32).clamp(1, 4 * PROBE.0));
         settings.budget = Budget::Samples(PROBE.1);
         settings.effects = EffectChoice { all: false, with: active, without: active.others() };
-        Self { settings, sun: scene.sun, pictures: Vec::new(), seconds: Vec::new() }
+        Self { settings, sun: scene.sun, pictures: Vec::new(), seconds: Vec::new(), is_refused: false }
     }
 
     fn draw(&mut self, scene: &mut Scene, round: usize, execution: Execution<'_>) -> Result<()> {
@@ -75,7 +77,8 @@ impl Probe {
     }
 }
 
-/// Draws all probes of the scene, whose settings and sun it changes.
+/// Draws all probes of the scene, whose settings and sun it changes. The first is of the scene as it is; another that is refused is
+/// left out.
 pub(super) fn measure(scene: &mut Scene, probes: &mut [Probe], execution: Execution<'_>) -> Result<()> {
     let progress = Progress::with_lines();
     let (start, count) = (Instant::now(), probes.len());
@@ -87,7 +90,15 @@ pub(super) fn measure(scene: &mut Scene, probes: &mut [Probe], execution: Execut
             progress.tell("measuring", done as u64, (count * ROUNDS[0]).max(done) as u64);
             // The first of one round is the last of the next.
             let place = if round % 2 == 0 { place } else { count - 1 - place };
-            probes[place].draw(scene, round, execution)?;
+            if probes[place].is_refused {
+                continue;
+            }
+            match probes[place].draw(scene, round, execution) {
+                Err(error) if place > 0 && error.kind() == ErrorKind::Invalid => {
+                    probes[place].is_refused = true
+                }
+                drawn => drawn?,
+            }
         }
         round += 1;
     }

@@ -268,7 +268,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     if let (Budget::Seconds(wanted), None) = (scene.render.budget, &allocation)
         && stats.render_seconds > (1.05 * wanted).max(wanted + 0.05)
     {
-        report::warnings(&[render_words::too_late(&input.name(), wanted, stats.render_seconds)]);
+        report::warnings(&[render_words::too_late(&input.name(), wanted, &stats)]);
     }
     if arguments.scene.is_none() {
         first_steps(&scene, &diagrams)?;

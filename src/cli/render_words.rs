@@ -31,15 +31,21 @@ pub(super) fn no_error_map(file: &str, target: &Path) -> Warning {
     }
 }
 
+/// Samples that a picture in a time takes at least, on the mean, where it has the time to look for errors.
+const LEAST: f64 = 16.0;
+
 /// A time that was not kept.
-pub(super) fn too_late(file: &str, wanted: f64, took: f64) -> Warning {
+pub(super) fn too_late(file: &str, wanted: f64, stats: &Stats) -> Warning {
+    let why = if stats.samples_per_pixel.mean > LEAST {
+        "the machine was slower at the end than before, as when other programs run"
+    } else {
+        "no picture of this scene is done much sooner; make it smaller, or give it more time"
+    };
+    let took = stats.render_seconds;
     Warning {
         file: file.to_owned(),
         line: None,
-        message: format!(
-            "the picture took {took:.2} s, and {wanted} s were asked for: no picture of this scene is done much sooner; make it \
-             smaller, or give it more time"
-        ),
+        message: format!("the picture took {took:.2} s, and {wanted} s were asked for: {why}"),
     }
 }
 

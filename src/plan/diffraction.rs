@@ -29,7 +29,7 @@ pub(super) fn reason(view: &View<'_>) -> (bool, String) {
     let blur = seen.blur.map_or(0.0, |blur| blur[1]);
     // What a light sends far is seen if it is only bright enough.
     let light = view.light();
-    let (threshold, under) = (threshold(view, light), AIRY_OF_BLUR / light);
+    let (threshold, under) = (threshold(view, light), view.scale * view.scale * AIRY_OF_BLUR / light);
     let because = format!(
         "first dark ring {ring:.3} px across, threshold {} px and {} of the smallest blur in view, {}, for light up to {light:.1}",
         digits(threshold),
