@@ -361,6 +361,6 @@ fn explain_tells_every_effect() {
     let json = run(&folder, &["explain", "leaning.toml", "--json"]).expect(0, &[]).json();
     let diffraction = json["effects"].as_array().unwrap().iter().find(|e| e["effect"] == "diffraction");
     assert!(diffraction.unwrap()["cost"].is_null() && json["effects"][1]["change_rms"].is_number());
-    run(&folder, &["render", "leaning.toml", "-o", "o.png", "--with", "diffraction"])
+    run(&folder, &["render", "leaning.toml", "-o", "o.png", "--with", "diffraction", "--width", "160"])
         .expect(2, &["render.diffraction"]);
 }
