@@ -69,7 +69,8 @@ impl Block {
 
 impl TileFilm {
     /// Sets up triangles with these corners; `depths` are those of their nearest corners. All but names and flags of
-    /// the block is written; of those said to be imaged the ones that single precision places badly are no longer; those that miss the tile for every lens point, as their edges show, are not live.
+    /// the block is written; of `imaged` those are left whose corners single precision places well. Those that miss the
+    /// tile for every lens point, as their edges show, are not live.
     pub(crate) fn set_up(&self, level: Level, v: &Corners, depths: &[f32; LANES], block: &mut Block) {
         at_level!(level, simd => set_up(simd, self, v, depths, block));
     }
