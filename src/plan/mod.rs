@@ -115,16 +115,18 @@ fn is_moot(without: EffectSet, name: EffectName) -> bool {
     }
 }
 
-/// What the user asks for by name that keeps an effect, however small: itself, or the shape of an aperture, which without blur or
-/// diffraction is nowhere seen.
+/// What the user asks for by name that keeps an effect, however small: itself, or what without it is nowhere seen: the shape of an
+/// aperture without blur or diffraction, the sun's disk without shadows.
 fn keeps(view: &View<'_>, name: EffectName) -> Option<EffectName> {
-    let shape = EffectName::ApertureShape;
-    let choice = view.scene.render.effects;
-    if choice.with.has(name) {
-        return Some(name);
-    }
+    let (shape, disk) = (EffectName::ApertureShape, EffectName::SoftShadows);
+    let with = view.scene.render.effects.with;
     let needs_blur = || asks(view.scene, shape) && !view.has_diffraction();
-    (name == EffectName::Defocus && choice.with.has(shape) && needs_blur()).then_some(shape)
+    match name {
+        _ if with.has(name) => Some(name),
+        EffectName::Defocus if with.has(shape) && needs_blur() => Some(shape),
+        EffectName::Shadows if with.has(disk) && asks(view.scene, disk) => Some(disk),
+        _ => None,
+    }
 }
 
 /// A half of the error that is asked for at most: what is dropped must not rule it.

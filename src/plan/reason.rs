@@ -78,8 +78,18 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
             let triangles = seen.triangles;
             (false, false, format!("sun.shadows = false; {triangles} triangles in view, threshold 1"))
         }
+        EffectName::Shadows if !view.has_sunlight() => {
+            (true, false, "no material gives sunlight back: it changes by 0, threshold above 0".into())
+        }
         EffectName::Shadows => {
-            (true, seen.triangles > 0, format!("{} triangles in view, threshold 1", seen.triangles))
+            let triangles = seen.triangles;
+            let because = format!("{triangles} triangles in view, threshold 1");
+            let nothing = if triangles > 0 && !is_seen {
+                "; light goes 0 m through the scene to them, threshold above 0"
+            } else {
+                ""
+            };
+            (true, triangles > 0 && is_seen, because + nothing)
         }
         EffectName::SoftShadows => {
             let (width, threshold) = (pixels(view.penumbra()), digits(view.penumbra_threshold()));

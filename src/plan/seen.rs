@@ -234,10 +234,34 @@ impl<'a> Frame<'a> {
         if self.optics.axis().dot(point) < self.near {
             return false;
         }
-        self.optics.blur_of(point).is_none_or(|blur| {
-            let is_within = |i: usize| blur.center[i].abs() - 0.5 * blur.largest <= self.half[i];
-            is_within(0) && is_within(1)
-        })
+        match self.optics.blur_of(point) {
+            Some(blur) => {
+                let is_within = |i: usize| blur.center[i].abs() - 0.5 * blur.largest <= self.half[i];
+                is_within(0) && is_within(1)
+            }
+            None => self.reaches_film_from_some(point),
+        }
+    }
+
+    /// Whether some lens point sees a point on this side of each of the film's sides, for one that others do not see at all. (Of a
+    /// tilted lens much is before it, and beside or behind what the film can see.) Images are affine in the lens point, so what is
+    /// asked is the most of an affine function over the lens's disk, for each side by itself: it may say too often that there is one.
+    fn reaches_film_from_some(&self, point: DVec3) -> bool {
+        let image = |u: f64, v: f64| {
+            let lens = self.optics.lens_point(u, v) * self.optics.aperture_radius();
+            self.optics.film_image(lens, point)
+        };
+        let (middle, right, up) = (image(0.0, 0.0), image(1.0, 0.0), image(0.0, 1.0));
+        let most = |of: DVec3| of.dot(middle) + libm::hypot(of.dot(right - middle), of.dot(up - middle));
+        let [x, y] = self.half;
+        let sides = [
+            DVec3::Z,
+            DVec3::new(1.0, 0.0, x),
+            DVec3::new(-1.0, 0.0, x),
+            DVec3::new(0.0, 1.0, y),
+            DVec3::new(0.0, -1.0, y),
+        ];
+        sides.into_iter().all(|side| most(side) > 0.0)
     }
 
     /// The part of a triangle beyond the near plane whose image from the lens centre lies on the film or around it.
