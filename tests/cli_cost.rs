@@ -60,6 +60,24 @@ fn a_study_is_measured_written_and_taken_up_again() {
         }
     }
 
+    // Every time in the chart is a ratio in the time of the same picture.
+    let chart: toml::Table = fs::read_to_string(study.join("cost.toml")).unwrap().parse().unwrap();
+    let times = chart["series"][0]["x"].as_array().unwrap();
+    for setting in uniform {
+        let want = number("uniform", setting, "ratio") * json["baseline_seconds"].as_f64().unwrap();
+        let found = times.iter().any(|time| (time.as_float().unwrap() / want - 1.0).abs() < 1e-9);
+        assert!(found, "{setting}: {want}, {times:?}");
+    }
+    let optics: Value =
+        serde_json::from_str(&fs::read_to_string(study.join("optics.json")).unwrap()).unwrap();
+    assert!(optics[0]["way"].is_string() && optics[0]["nanoseconds"].as_array().unwrap().len() == 3);
+
+    // A converged picture that is gone is drawn again, and nothing else.
+    let converged = fs::read(study.join("converged.exr")).unwrap();
+    fs::remove_file(study.join("converged.exr")).unwrap();
+    run("48");
+    assert!(read() == json && fs::read(study.join("converged.exr")).unwrap() == converged);
+
     // Taken up again nothing is measured twice; another study's files are kept aside.
     run("48");
     assert_eq!(read(), json);

@@ -2,7 +2,7 @@
 
 use super::effects::EffectArguments;
 use groundglass::picture::{Allocation, Exposure};
-use groundglass::scene::{Budget, EffectName, EffectSet, Scene};
+use groundglass::scene::{Budget, EffectChoice, EffectName, EffectSet, Scene};
 use serde::{Deserialize, Serialize};
 
 #[derive(Serialize)]
@@ -118,9 +118,8 @@ pub(super) fn notes(scene: &Scene, exposure: &Exposure, left_out: EffectSet) -> 
     ]
 }
 
-/// What the user said of effects, in the words of the command line, and what the plan left out.
-fn effects_note(scene: &Scene, left_out: EffectSet) -> String {
-    let choice = scene.render.effects;
+/// What the user said of effects, in the words of the command line.
+pub(super) fn words_of_effects(choice: EffectChoice) -> Vec<String> {
     let mut words = Vec::new();
     if choice.all {
         words.push("--all-effects".to_owned());
@@ -128,6 +127,12 @@ fn effects_note(scene: &Scene, left_out: EffectSet) -> String {
     for (flag, set) in [("with", choice.with), ("without", choice.without)] {
         words.extend(set.iter().map(|effect| format!("--{flag} {effect}")));
     }
+    words
+}
+
+/// The same, and what the plan left out.
+fn effects_note(scene: &Scene, left_out: EffectSet) -> String {
+    let words = words_of_effects(scene.render.effects);
     let mut note = if words.is_empty() { "as the scene asks".to_owned() } else { words.join(" ") };
     let small: Vec<_> = left_out.iter().map(EffectName::name).collect();
     if !small.is_empty() {

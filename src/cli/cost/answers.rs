@@ -13,13 +13,14 @@ const TILTS: u32 = 4000;
 const RUNS: usize = 7;
 
 /// A way to answer a question.
+#[derive(serde::Serialize)]
 pub(super) struct Timed {
     question: &'static str,
     pub(super) way: &'static str,
+    /// The largest relative error at 0.1 to 30 degrees of tilt, and at any; `null` in JSON where there is no answer.
+    errors: [f64; 2],
     /// Nanoseconds an answer: the median, the shortest and the longest of several runs.
     nanoseconds: [f64; 3],
-    /// The largest relative error at 0.1 to 30 degrees of tilt, and at any.
-    errors: [f64; 2],
 }
 
 pub(super) fn measure() -> Vec<Timed> {
@@ -65,6 +66,11 @@ pub(super) fn csv(rows: &[Timed]) -> String {
         );
     }
     text
+}
+
+/// The same as JSON.
+pub(super) fn json(rows: &[Timed]) -> String {
+    serde_json::to_string_pretty(rows).unwrap_or_default() + "\n"
 }
 
 /// Time against error, a series for each way.

@@ -45,6 +45,9 @@ pub(super) struct Table {
     /// The error that it states of itself.
     #[serde(default)]
     pub(super) converged_rms: Option<f64>,
+    /// What the baseline took first: the time in which charts show all ratios.
+    #[serde(default)]
+    pub(super) baseline_seconds: Option<f64>,
     pub(super) measured: Vec<Measured>,
 }
 
@@ -57,16 +60,18 @@ pub(super) fn take_up(folder: &Path, table: &mut Table) -> (Option<Exposure>, bo
     let Some(found) = found.and_then(|text| serde_json::from_slice::<Table>(&text).ok()) else {
         return (None, holds_another);
     };
-    let blank = |table: &Table| Table { measured: Vec::new(), converged_rms: None, ..table.clone() };
+    let blank = |table: &Table| Table {
+        measured: Vec::new(),
+        converged_rms: None,
+        baseline_seconds: None,
+        ..table.clone()
+    };
     if serde_json::to_string(&blank(&found)).ok() != serde_json::to_string(table).ok() {
         return (None, holds_another);
     }
-    let truth = converged(&folder.join("converged.exr"), table);
-    // Errors against a picture that is gone are worth nothing.
-    if truth.is_some() {
-        *table = found;
-    }
-    (truth, false)
+    *table = found;
+    // One that is gone is drawn again, the same bytes: what was measured against it holds.
+    (converged(&folder.join("converged.exr"), table), false)
 }
 
 /// Moves all that another study wrote into a folder of its own, and says so.

@@ -1,6 +1,6 @@
 //! What a study writes: charts (TOML, SVG, PDF, PNG), a table (CSV; JSON is there already), crops and a page in words.
 
-use super::super::{figure_file, output, report as tell};
+use super::super::{figure_file, output, report as tell, stats};
 use super::answers;
 use super::crops::{self, MOST_CROPS, crop_name};
 use super::kept::Measured;
@@ -28,7 +28,8 @@ const ENDINGS: [&str; 4] = ["toml", "svg", "pdf", "png"];
 pub(super) fn files() -> Vec<String> {
     let charts = CHARTS.iter().flat_map(|chart| ENDINGS.map(|ending| format!("{chart}.{ending}")));
     let crops = (1..=MOST_CROPS).map(crop_name);
-    let rest = ["cost.csv", "optics.csv", "cost.md", "converged.exr", "cost.json"].map(str::to_owned);
+    let rest =
+        ["cost.csv", "optics.csv", "optics.json", "cost.md", "converged.exr", "cost.json"].map(str::to_owned);
     charts.chain(crops).chain(rest).collect()
 }
 
@@ -37,6 +38,7 @@ pub(super) fn write(study: &Study<'_>, stem: &str, folder: &Path) -> Result<()> 
     text("cost.csv", &csv(study))?;
     let optics = answers::measure();
     text("optics.csv", &answers::csv(&optics))?;
+    text("optics.json", &answers::json(&optics))?;
     let crops = crops::draw(study)?;
     let mut pictures = Memory::new();
     for (i, crop) in crops.iter().enumerate() {
@@ -65,32 +67,59 @@ fn rows<'a>(study: &'a Study<'_>, way: &str) -> Vec<&'a Measured> {
     study.table.measured.iter().filter(|row| row.way == way).collect()
 }
 
+/// How error and time go on beyond the ladder of uniform samples, from its last two steps: the error as a power of the number of
+/// samples, the time as what any picture takes and so much for each sample.
+pub(super) struct Trend {
+    /// The error falls as `samples^-power`.
+    power: f64,
+    samples: f64,
+    error: f64,
+    /// In the time of the baseline, as ratios are.
+    fixed: f64,
+    each: f64,
+}
+
+impl Trend {
+    /// None where more samples took no more time, or made the error hardly smaller.
+    pub(super) fn of(before: &Measured, last: &Measured) -> Option<Self> {
+        let power = libm::log(before.true_rms / last.true_rms) / libm::log(last.samples / before.samples);
+        let each = (last.ratio - before.ratio) / (last.samples - before.samples);
+        // More than in proportion is chance, or memory.
+        let each = each.min(last.ratio / last.samples);
+        let fixed = last.ratio - each * last.samples;
+        let is_known = power.is_finite() && power > 0.05 && each.is_finite() && each > 0.0;
+        is_known.then_some(Self { power, samples: last.samples, error: last.true_rms, fixed, each })
+    }
+
+    /// What a picture with this error takes, as a ratio.
+    pub(super) fn ratio_of(&self, error: f64) -> f64 {
+        self.fixed + self.each * self.samples * libm::pow(self.error / error, 1.0 / self.power)
+    }
+}
+
 /// The last two steps of the ladder, in plain words.
 pub(super) fn sentence(study: &Study<'_>) -> String {
     let uniform = rows(study, UNIFORM);
     let [.., before, last] = uniform.as_slice() else { return nothing().to_string() };
-    // By times over what was drawn just before each: the machine's speed changes meanwhile.
-    let slope = libm::log(before.true_rms / last.true_rms) / libm::log(last.ratio / before.ratio);
-    let mut words = if slope.is_finite() && slope > 0.05 {
-        format!(
+    let trend = Trend::of(before, last);
+    let mut words = match &trend {
+        Some(trend) => format!(
             "Halving the error from here ({} in {}) costs {:.1} times as long.",
             tell::rms(last.true_rms),
             duration(last.seconds),
-            libm::exp2(1.0 / slope)
-        )
-    } else {
-        format!(
+            trend.ratio_of(0.5 * last.true_rms) / last.ratio
+        ),
+        None => format!(
             "Up to {:.0} samples more time hardly makes the error of {} smaller; what more would do was not measured.",
             last.samples,
             tell::rms(last.true_rms)
-        )
+        ),
     };
     if uniform.len() == 2 {
         words.push_str(" That is by two numbers of samples alone.");
     }
-    if let Some(adaptive) = rows(study, ADAPTIVE).last().filter(|_| slope > 0.05) {
-        // What uniform sampling takes for the same error, between its own steps.
-        let same = last.ratio * libm::pow(last.true_rms / adaptive.true_rms, 1.0 / slope);
+    if let (Some(adaptive), Some(trend)) = (rows(study, ADAPTIVE).last(), &trend) {
+        let same = trend.ratio_of(adaptive.true_rms);
         if same.is_finite() && same > 0.0 {
             let _ = write!(
                 words,
@@ -175,26 +204,30 @@ pub(super) fn quoted(text: &str) -> String {
 fn chart(study: &Study<'_>, stem: &str) -> String {
     let (table, title) = (&study.table, quoted(&format!("What accuracy costs: {stem}")));
     let mut text = format!(
-        "# Made by `groundglass cost`: {} x {} pixels; bars are the shortest and the longest of several runs.\nkind = \"plot\"\n\
+        "# Made by `groundglass cost`: {} x {} pixels; times over that of {BASELINE} uniform samples drawn just before, in the seconds that those \
+         took once; bars are the shortest and the longest of several runs.\nkind = \"plot\"\n\
          title = {title}\nwidth_mm = 130.0\n\n[x]\ntitle = \"time of a picture, {}\"\nunit = \"s\"\nscale = \"log\"\n\n[y]\n\
          title = \"error of the picture, RMS: lines true, points stated\"\nscale = \"log\"\n",
         table.width,
         table.height,
         machine(study)
     );
+    // The machine is faster at one time than at another, above all where a study was taken up again: what each row takes over what was
+    // drawn just before it, in the time that this took once. Bars are as wide as they were measured.
+    let once = |row: &Measured| table.baseline_seconds.map_or(row.seconds, |baseline| row.ratio * baseline);
     let mut series = |name: &str, rows: &[&Measured], error: &dyn Fn(&Measured) -> f64, more: &str| {
         // A line goes from less time to more, whatever the samples.
         let mut rows = rows.to_vec();
-        rows.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+        rows.sort_by(|a, b| once(a).total_cmp(&once(b)));
         let rows = rows.as_slice();
         if !rows.is_empty() {
             let _ = write!(
                 text,
                 "\n[[series]]\nname = \"{name}\"\nx = {}\ny = {}\nx_low = {}\nx_high = {}\n{more}",
-                numbers(rows, |row| row.seconds),
+                numbers(rows, once),
                 numbers(rows, error),
-                numbers(rows, |row| row.seconds_low),
-                numbers(rows, |row| row.seconds_high),
+                numbers(rows, |row| once(row) * row.seconds_low / row.seconds),
+                numbers(rows, |row| once(row) * row.seconds_high / row.seconds),
             );
         }
     };
@@ -245,8 +278,10 @@ fn page(study: &Study<'_>, stem: &str) -> String {
         Some(reasons) => format!("The ways in double precision are left out: that renderer {reasons}.\n\n"),
         None => String::new(),
     };
+    let told = stats::words_of_effects(study.scene.render.effects);
+    let told = if told.is_empty() { String::new() } else { format!(", {}", told.join(" ")) };
     let mut text = format!(
-        "# What accuracy costs: {stem}\n\n{}\n\n{} x {} pixels, {}; against a converged picture of {converged}. Errors are root mean \
+        "# What accuracy costs: {stem}\n\n{}\n\n{} x {} pixels, {}{told}; against a converged picture of {converged}. Errors are root mean \
          squares over the picture, linear light, clamped to 0..1. Times are the median of three runs (two where one takes long); the \
          ratio is to {BASELINE} uniform samples drawn just before each.\n\n![Error against time](cost.svg)\n\n\
          ![Error against samples](points.svg)\n\n![The part of the picture where 16 samples are most wrong](crops.svg)\n\n{not_measured}\
@@ -272,4 +307,38 @@ fn page(study: &Study<'_>, stem: &str) -> String {
         );
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(samples: f64, true_rms: f64, ratio: f64) -> Measured {
+        Measured {
+            way: UNIFORM.to_owned(),
+            setting: format!("N = {samples}"),
+            samples,
+            true_rms,
+            stated_rms: None,
+            seconds: ratio,
+            seconds_low: ratio,
+            seconds_high: ratio,
+            ratio,
+        }
+    }
+
+    #[test]
+    fn the_price_of_half_the_error_has_no_fixed_cost_in_it_twice() {
+        // Pure chance: an error of N^-1/2, so four times the samples. What any picture takes is 0.9 of the time of 64 samples.
+        let at = |n: f64| row(n, 0.1 / n.sqrt(), 0.9 + 0.1 * n / 64.0);
+        let trend = Trend::of(&at(64.0), &at(256.0)).unwrap();
+        let want = at(1024.0).ratio;
+        assert!((trend.ratio_of(0.5 * at(256.0).true_rms) / want - 1.0).abs() < 1e-12);
+        assert!((trend.ratio_of(at(16.0).true_rms) / at(16.0).ratio - 1.0).abs() < 1e-12);
+        // More than in proportion counts as in proportion; no more time, or no less error, tells nothing.
+        let dear = Trend::of(&at(64.0), &row(256.0, 0.1 / 16.0, 8.0)).unwrap();
+        assert!((dear.ratio_of(0.1 / 32.0) / 32.0 - 1.0).abs() < 1e-12);
+        assert!(Trend::of(&at(64.0), &row(256.0, 0.1 / 16.0, 1.0)).is_none());
+        assert!(Trend::of(&at(64.0), &row(256.0, 0.1 / 8.0, 4.0)).is_none());
+    }
 }

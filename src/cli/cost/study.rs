@@ -3,7 +3,7 @@
 use super::super::output;
 use super::super::probe::TWIN;
 use super::super::progress::Progress;
-use super::super::stats::median;
+use super::super::stats::{median, notes};
 use super::kept::{Measured, Table, save, set_aside, take_up};
 use super::ways::{Setting, Step, UNIFORM, draw, ladder, turn};
 use groundglass::error::{Error, ErrorKind, Result};
@@ -63,6 +63,7 @@ impl<'a> Study<'a> {
             simd: SimdLevel::best().name().to_owned(),
             converged_samples: if quick { QUICK_TRUTH } else { TRUTH },
             converged_rms: None,
+            baseline_seconds: None,
             measured: Vec::new(),
         };
         let (truth, holds_another) = take_up(folder, &mut table);
@@ -162,15 +163,15 @@ impl<'a> Study<'a> {
         let mut scene = self.scene.clone();
         scene.render.budget = Budget::Samples(self.table.converged_samples);
         scene.render.seed = scene.render.seed.wrapping_add(TWIN);
-        let (truth, _) = render(&scene, execution)?;
+        let (truth, counts) = render(&scene, execution)?;
         self.table.converged_rms = truth.rms_error();
         if self.holds_another {
             set_aside(self.folder)?;
             self.holds_another = false;
         }
         let path = self.folder.join("converged.exr");
-        output::write_whole(&path, &self.read, |file| truth.write_exr(&[], file))?;
-        self.table.measured.clear();
+        let notes = notes(&scene, &truth, counts.left_out);
+        output::write_whole(&path, &self.read, |file| truth.write_exr(&notes, file))?;
         save(self.folder, &self.table, &self.read)?;
         Ok(truth)
     }
@@ -193,7 +194,7 @@ impl<'a> Study<'a> {
         draw(scene, step, error, self.execution(cancel))
     }
 
-    fn time(&self, step: &Step, truth: &Exposure, cancel: &AtomicBool) -> Result<Measured> {
+    fn time(&mut self, step: &Step, truth: &Exposure, cancel: &AtomicBool) -> Result<Measured> {
         let mut scene = self.scene.clone();
         let mut timed = |step: &Step| -> Result<(Exposure, f64)> {
             let start = Instant::now();
@@ -205,14 +206,16 @@ impl<'a> Study<'a> {
         // By turns, so that what slows the machine down slows both.
         let (_, base) = timed(&baseline)?;
         let (picture, first) = timed(step)?;
-        let (mut times, mut ratios) = (vec![first], vec![first / base]);
+        let (mut times, mut ratios, mut bases) = (vec![first], vec![first / base], vec![base]);
         for _ in 0..if first > long { 1 } else { 2 } {
             let (_, base) = timed(&baseline)?;
             let (_, seconds) = timed(step)?;
             times.push(seconds);
             ratios.push(seconds / base);
+            bases.push(base);
         }
         let (seconds, ratio) = (median(&mut times), median(&mut ratios));
+        self.table.baseline_seconds.get_or_insert(median(&mut bases));
         Ok(Measured {
             way: step.way.clone(),
             setting: step.setting.name(),
