@@ -448,3 +448,47 @@ fn on_the_command_line() {
     run(folder, &words(&["-o", "a.exr", "--error-map", "a.exr"])).expect(64, &["--error-map", "one file"]);
     assert!(!folder.join("d.png").exists());
 }
+
+/// As PNG the errors are brightened, and the file says by how much.
+#[test]
+fn a_map_of_errors_tells_by_how_much_it_is_brightened() {
+    let keep = tempfile::tempdir().unwrap();
+    let folder = keep.path();
+    // A flat triangle whose edges lie across the picture: errors there, and none elsewhere.
+    let text = format!("{CAMERA}[render]\nwidth = 64\n[[mesh]]\npath = \"t.obj\"\n");
+    std::fs::write(folder.join("scene.toml"), &text).unwrap();
+    std::fs::write(folder.join("t.obj"), TRIANGLE).unwrap();
+    for map in ["e.png", "e.exr"] {
+        let words = ["render", "scene.toml", "-o", "a.png", "--samples", "16", "--error-map", map];
+        run(folder, &words).expect(0, &[]);
+    }
+    let note = |name: &str| {
+        let bytes = std::fs::read(folder.join(name)).unwrap();
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        let found = text.split("RMS error of each pixel, linear light from 0 to 1").nth(1);
+        found.unwrap_or_else(|| panic!("{name} does not say what it is")).to_owned()
+    };
+    let said = note("e.png");
+    let gain: f64 = said.strip_prefix(", times ").unwrap().split(',').next().unwrap().parse().unwrap();
+    assert!(!note("e.exr").starts_with(','));
+    // Channels by name: B, G, R.
+    let exact = exr::prelude::read_first_flat_layer_from_file(folder.join("e.exr")).unwrap();
+    let exact: Vec<Vec<f32>> =
+        exact.layer_data.channel_data.list.iter().map(|c| c.sample_data.values_as_f32().collect()).collect();
+    let shown = image::open(folder.join("e.png")).unwrap().to_rgb8();
+    assert_eq!(exact[0].len(), shown.pixels().count());
+    let linear = |code: u8| {
+        let code = f64::from(code) / 255.0;
+        if code <= 0.04045 { code / 12.92 } else { libm::pow((code + 0.055) / 1.055, 2.4) }
+    };
+    let mut seen = 0;
+    for (i, shown) in shown.pixels().enumerate() {
+        for (c, shown) in shown.0.into_iter().enumerate() {
+            let want = (f64::from(exact[2 - c][i]) * gain).min(1.0);
+            // Half of a step at white, where steps are widest.
+            assert!((linear(shown) - want).abs() < 0.005, "{want} is shown as {shown}");
+            seen += usize::from(want > 0.05);
+        }
+    }
+    assert!(seen > 30, "{seen}");
+}

@@ -221,6 +221,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         let map = exposure.error_map();
         // Mid-grey where the error is that of the whole.
         let gain = -libm::log2(exposure.rms_error().unwrap_or(1.0).max(1e-9) / 0.2);
+        let times = match format {
+            Format::Png => format!(", times {:.6}, as sRGB", libm::exp2(gain)),
+            Format::Exr => String::new(),
+        };
+        let mut notes = notes;
+        notes.push((
+            "groundglass.error_map",
+            format!("RMS error of each pixel, linear light from 0 to 1{times}"),
+        ));
         output::write_whole(target, &read, |file| match format {
             Format::Png => map.write_png(gain, &notes, file),
             Format::Exr => map.write_exr(&notes, file),
