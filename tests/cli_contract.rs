@@ -188,8 +188,14 @@ fn render_writes_the_contracts_numbers() {
     shape.push(("simd", Of("s")));
     shape.push(("allocation", Of("s")));
     let names = || List(Box::new(Of("s")));
-    let asked =
-        vec![("max_error", Of("n?")), ("all_effects", Of("b")), ("with", names()), ("without", names())];
+    let asked = vec![
+        ("samples", Of("n?")),
+        ("max_error", Of("n?")),
+        ("time_budget", Of("n?")),
+        ("all_effects", Of("b")),
+        ("with", names()),
+        ("without", names()),
+    ];
     shape.push(("asked", Table(asked)));
     fits("", &json, &Table(shape));
     assert_eq!((&json["width"], &json["height"], &json["threads"]), (&16.into(), &13.into(), &2.into()));

@@ -402,6 +402,8 @@ fn on_the_command_line() {
     run(folder, &words(&["-o", "b.png", "--time-budget", "300ms"])).expect(0, &[]);
     let found = stats();
     assert!(found["render_seconds"].as_f64().unwrap() > 0.0, "{found}");
+    let asked = |key: &str| found["asked"][key].as_f64();
+    assert_eq!(["samples", "max_error", "time_budget"].map(asked), [None, None, Some(0.3)]);
     std::fs::rename(folder.join("s.json"), folder.join("timed.json")).unwrap();
     run(folder, &words(&["-o", "c.png", "--replay", "timed.json"])).expect(0, &[]);
     assert!(std::fs::read(folder.join("b.png")).unwrap() == std::fs::read(folder.join("c.png")).unwrap());

@@ -159,7 +159,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         return Err(Error::new(ErrorKind::Usage, "--error-map: of one sample a pixel no error is known")
             .remedy("take 2 samples or more"));
     }
-    let asked = Asked::new(scene.render.budget, &effects);
+    let asked = replayed.as_ref().map_or_else(|| Asked::new(scene.render.budget, &effects), Replay::asked);
     let load_seconds = clock.elapsed().as_secs_f64();
     report::warnings(&scene.warnings);
     report::warnings(&optics_words::scene_warnings(&scene, &input.name()));

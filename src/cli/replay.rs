@@ -81,6 +81,11 @@ impl Replay {
         Ok(asked)
     }
 
+    /// What that run was asked for.
+    pub(super) fn asked(&self) -> Asked {
+        self.asked.clone()
+    }
+
     /// Of effects that the file asks for, and the scene cannot have.
     pub(super) fn blame(&self, error: &Error) -> Error {
         Error::invalid(error.message()).in_file(&*self.name).at_key("asked").remedy(REMEDY)

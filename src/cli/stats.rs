@@ -36,12 +36,14 @@ pub(super) struct Stats {
     pub(super) version: &'static str,
 }
 
-/// What a run was asked for that decides which effects its picture has, and that the scene file may not say.
-#[derive(Default, Serialize, Deserialize)]
+/// What a run was asked for, by flag or key: where it was to end, and what decides which effects its picture has.
+#[derive(Clone, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub(super) struct Asked {
-    /// The error that was to be reached, by flag or key.
+    /// Samples for each pixel; the error that was to be reached; seconds: one of them.
+    pub(super) samples: Option<u32>,
     pub(super) max_error: Option<f64>,
+    pub(super) time_budget: Option<f64>,
     pub(super) all_effects: bool,
     pub(super) with: Vec<String>,
     pub(super) without: Vec<String>,
@@ -50,8 +52,15 @@ pub(super) struct Asked {
 impl Asked {
     pub(super) fn new(budget: Budget, effects: &EffectArguments) -> Self {
         let names = |effects: &[EffectName]| effects.iter().map(|effect| effect.name().to_owned()).collect();
+        let (samples, max_error, time_budget) = match budget {
+            Budget::Samples(samples) => (Some(samples), None, None),
+            Budget::MaxError(error) => (None, Some(error), None),
+            Budget::Seconds(seconds) => (None, None, Some(seconds)),
+        };
         Self {
-            max_error: if let Budget::MaxError(error) = budget { Some(error) } else { None },
+            samples,
+            max_error,
+            time_budget,
             all_effects: effects.all_effects,
             with: names(&effects.with),
             without: names(&effects.without),
