@@ -92,6 +92,7 @@ fn what_is_left_out_changes_the_picture_by_no_more_than_is_stated() {
             let plan = RenderPlan::new(&scene);
             let (_, counts) = render(&scene, Execution::default()).unwrap();
             assert!(counts.left_out.has(effect), "{effect} is drawn, though the plan leaves it out");
+            assert_eq!(counts.left_out, plan.left_out());
             let change = change(&scene);
             println!("{effect}, scene {seed}: {:?}, change {change:.5}", plan.active());
             assert!(change <= plan.tolerance(), "{effect}, scene {seed}: {change}");
@@ -107,6 +108,7 @@ fn what_is_drawn_is_what_the_plan_says() {
     use EffectName::{ApertureShape, Defocus, Diffraction, Falloff, SoftShadows};
     let of = |scene: &Scene| {
         let (plan, (_, counts)) = (RenderPlan::new(scene), render(scene, Execution::default()).unwrap());
+        assert_eq!(counts.left_out, plan.left_out());
         for name in [Defocus, ApertureShape, SoftShadows, Falloff, Diffraction] {
             assert!(!(plan.active().has(name) && counts.left_out.has(name)), "{name}: {:?}", plan.effects());
             // Never dropped without a word.
@@ -449,6 +451,7 @@ fn explain_tells_every_effect() {
     let because = effects[0]["because"].as_str().unwrap();
     let blur: f64 = because.split(' ').nth(2).unwrap().parse().unwrap();
     assert!(because.starts_with("largest blur ") && (blur / 4.357 - 1.0).abs() < 0.01, "{because}");
+    assert_eq!((&json["width"], &json["probe"]["samples"]), (&800.into(), &64.into()));
     assert!(effects[0]["cost"].is_number() && effects[0]["change_rms"].as_f64().unwrap() > 0.0);
     // Through a pinhole 156 mm before a film of 120 x 96 mm a corner has 1 - cos^4 = 1 - 1 / (1 + 5904 / 24336)^2 = 0.352 less light.
     let pinhole = CAMERA.replace("f_number = 5.6", "pinhole = true").replace("152.3", "156");

@@ -36,11 +36,24 @@ pub(super) struct Arguments {
 
 #[derive(Serialize)]
 struct Explanation {
+    /// The picture that is planned, pixels.
+    width: u32,
+    height: u32,
+    /// The pictures that costs and changes are of.
+    probe: ProbeSize,
     /// What may change by all that is left out as too small: RMS over the picture, linear light.
     tolerance_rms: f64,
+    /// What is left out as too small.
+    left_out: Vec<&'static str>,
     effects: Vec<Row>,
     scene_hash: String,
     version: &'static str,
+}
+
+#[derive(Serialize)]
+struct ProbeSize {
+    width: u32,
+    samples: u32,
 }
 
 #[derive(Serialize)]
@@ -83,6 +96,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 fn explain(scene: &mut Scene, execution: Execution<'_>) -> Result<Explanation> {
     let plan = RenderPlan::new(scene);
     let (active, scene_hash) = (plan.active(), scene.hash());
+    let (width, height) = (scene.render.width, scene.render.height);
     let absent = EffectName::ALL.map(|name| is_absent(&plan, scene, name));
     // What each effect is measured by: the places of two pictures, if the scene can have it.
     let (mut probes, mut pairs) = (vec![Probe::new(scene, active)], Vec::new());
@@ -127,7 +141,11 @@ fn explain(scene: &mut Scene, execution: Execution<'_>) -> Result<Explanation> {
         }
     });
     Ok(Explanation {
+        width,
+        height,
+        probe: ProbeSize { width: PROBE.0, samples: PROBE.1 },
         tolerance_rms: plan.tolerance(),
+        left_out: plan.left_out().iter().map(EffectName::name).collect(),
         effects: effects.collect(),
         scene_hash,
         version: env!("CARGO_PKG_VERSION"),
@@ -185,10 +203,17 @@ fn words(explanation: &Explanation) -> String {
     text += &format!(
         "\ntime: what the effect adds to the picture's time, < where that cannot be told from chance;\nchange: RMS between with and \
          without, linear light, without noise; < where it cannot be told from noise;\nin parentheses, of what is out: what it would add and change; - where the scene \
-         cannot have it; soft shadows are compared with hard ones. Both of pictures {} pixels wide with {} samples.\nWhat is left out as too small may change the picture by {}.\n",
-        PROBE.0,
-        PROBE.1,
-        report::rms(explanation.tolerance_rms)
+         cannot have it; soft shadows are compared with hard ones. Both of pictures {} pixels wide with {} samples.\n",
+        PROBE.0, PROBE.1,
     );
+    let tolerance = report::rms(explanation.tolerance_rms);
+    text += &match explanation.left_out.as_slice() {
+        [] => {
+            format!("Nothing that the scene asks for is left out as too small (a change of {tolerance}).\n")
+        }
+        names => {
+            format!("Left out as too small, {} may change the picture by {tolerance}.\n", names.join(", "))
+        }
+    };
     text
 }

@@ -31,10 +31,11 @@ pub(super) fn reason(view: &View<'_>) -> (bool, String) {
     let light = view.light();
     let (threshold, under) = (threshold(view, light), view.scale * view.scale * AIRY_OF_BLUR / light);
     let because = format!(
-        "first dark ring {ring:.3} px across, threshold {} px and {} of the smallest blur in view, {}, for light up to {light:.1}",
+        "first dark ring {ring:.3} px across, threshold {} px and {} of the smallest blur in view, {}, for light up to {}",
         digits(threshold),
         digits(under),
-        pixels(blur)
+        pixels(blur),
+        digits(light)
     );
     (ring >= threshold && ring >= under * blur, because)
 }

@@ -32,6 +32,7 @@ pub struct Effect {
 pub struct RenderPlan {
     effects: Vec<Effect>,
     active: EffectSet,
+    left_out: EffectSet,
     tolerance: f64,
 }
 
@@ -49,7 +50,7 @@ impl RenderPlan {
         let view = View::of(scene);
         let choice = scene.render.effects;
         let mut effects = Vec::with_capacity(EffectName::ALL.len());
-        let mut active = EffectSet::default();
+        let (mut active, mut left_out) = (EffectSet::default(), EffectSet::default());
         for name in EffectName::ALL {
             let (asked, is_seen, because) = reason::reason(&view, name);
             let (is_in, because) = if choice.without.has(name) {
@@ -67,9 +68,11 @@ impl RenderPlan {
                 (false, because)
             };
             active = active.set(name, is_in);
+            let is_dropped = asked && !is_in && !choice.without.has(name) && view.is_small(name);
+            left_out = left_out.set(name, is_dropped && !is_moot(choice.without, name));
             effects.push(Effect { effect: name.name(), active: is_in, because });
         }
-        Self { effects, active, tolerance: tolerance(scene) }
+        Self { effects, active, left_out, tolerance: tolerance(scene) }
     }
 
     /// What is drawn, and what of it is left out as too small: what [`RenderPlan::new`] finds, without its words and as fast as
@@ -98,6 +101,11 @@ impl RenderPlan {
     /// Those that are computed.
     pub fn active(&self) -> EffectSet {
         self.active
+    }
+
+    /// Those that the scene asks for and that are too small to be seen.
+    pub fn left_out(&self) -> EffectSet {
+        self.left_out
     }
 
     /// How much the picture may change by what was dropped: root mean square over the picture, linear light.

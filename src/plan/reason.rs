@@ -2,7 +2,7 @@
 
 use super::small::{BLUR_PX, View};
 use super::{asks, diffraction, light};
-use crate::scene::EffectName;
+use crate::scene::{EffectName, Scene};
 
 /// Whether it is asked for, whether it is seen, and the number that says so.
 pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) {
@@ -34,7 +34,7 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
     };
     let brightest = view.light();
     let by_light = |because: String| match brightest > 1.0 {
-        true => format!("{because} for light up to {brightest:.1}"),
+        true => format!("{because} for light up to {}", digits(brightest)),
         false => because,
     };
     match name {
@@ -43,7 +43,13 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
         }
         EffectName::Defocus => {
             let (blur, threshold) = (pixels(view.blur()), digits(view.blur_threshold()));
-            let because = by_light(format!("largest blur {blur}, threshold {threshold} px"));
+            let tilted = match lean(scene) {
+                0.0 => String::new(),
+                degrees => {
+                    format!("; tilted focus, {} degrees to the film, threshold above 0", digits(degrees))
+                }
+            };
+            let because = by_light(format!("largest blur {blur}, threshold {threshold} px")) + &tilted;
             let because = match (view.has_falloff_over_lens(), view.has_sky_over_lens()) {
                 (true, true) => because + ", and falloff and the sky show the lens",
                 (true, false) => because + ", and falloff shows the lens",
@@ -60,7 +66,20 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
             (true, true, "each pixel is the mean over a square of 1 px, threshold 0 px".into())
         }
         EffectName::Textures => {
-            materials(count(&|i| seen.textured[i] && material(i).diffuse_map.is_some()), "a map_Kd")
+            let maps = (0..seen.textured.len()).filter(|&i| seen.textured[i]);
+            let maps: Vec<_> = maps.filter_map(|i| material(i).diffuse_map.as_ref()).collect();
+            let (asked, is_seen, because) = materials(maps.len(), "a map_Kd");
+            let texels = maps
+                .iter()
+                .filter_map(|map| map.levels.first())
+                .map(|level| level.width.max(level.height))
+                .max();
+            let filter = texels.map_or(String::new(), |texels| {
+                format!(
+                    "; filter: up to {texels} texels a side, levels of half as many where a pixel has over 4"
+                )
+            });
+            (asked, is_seen, because + &filter)
         }
         EffectName::Holes => {
             let is_holed = |i: usize| material(i).holed_maps().next().is_some();
@@ -146,6 +165,13 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
             (asked, is_seen, format!("{key}{because}"))
         }
     }
+}
+
+/// How far the plane of sharp focus leans from the film's, degrees from 0 to 90; 0 also for what is left of rounding.
+fn lean(scene: &Scene) -> f64 {
+    let (focus, film) = (scene.optics.focus_plane().m, scene.optics.film_normal());
+    let degrees = libm::atan2(focus.cross(film).length(), focus.dot(film).abs()).to_degrees();
+    if degrees < 1e-9 { 0.0 } else { degrees }
 }
 
 pub(super) fn pixels(number: f64) -> String {
