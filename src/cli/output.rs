@@ -75,7 +75,19 @@ pub(super) fn is_same(a: &Path, b: &Path) -> bool {
 pub(super) fn broken(target: &Path, error: &io::Error) -> Error {
     let text = error.to_string();
     let reason = text.split(" (os error").next().unwrap_or_default().to_lowercase();
-    Error::new(ErrorKind::Io, format!("cannot be written: {reason}")).in_file(target.display().to_string())
+    let remedy = match error.kind() {
+        std::io::ErrorKind::PermissionDenied | std::io::ErrorKind::ReadOnlyFilesystem => {
+            "name a folder that you may write to with -o"
+        }
+        std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => {
+            "make room on that disk, or name another"
+        }
+        std::io::ErrorKind::FileTooLarge => "raise the limit on the length of files, or ask for less",
+        _ => "see whether other programs can write there, or name another place",
+    };
+    Error::new(ErrorKind::Io, format!("cannot be written: {reason}"))
+        .in_file(target.display().to_string())
+        .remedy(remedy)
 }
 
 /// The file to replace or to make. A link to another file of its folder stays one, and that file is replaced; one that

@@ -66,7 +66,14 @@ pub(super) fn usage(error: &clap::Error) -> ExitCode {
 }
 
 fn full(error: &io::Error) -> Error {
-    Error::new(ErrorKind::Io, format!("cannot write to standard output: {error}"))
+    Error::new(
+        ErrorKind::Io,
+        format!(
+            "cannot write to standard output: {}",
+            error.to_string().split(" (os error").next().unwrap_or_default()
+        ),
+    )
+    .remedy("see what it leads to: a full disk, or a program that has ended")
 }
 
 /// Reports warnings, one line each.

@@ -28,7 +28,8 @@ impl Files {
         let shown = root.display().to_string();
         let found = fs::canonicalize(root).map_err(|e| explain(&e, &shown))?;
         if !found.is_dir() {
-            return Err(Error::invalid(format!("the root `{shown}` is not a folder")));
+            return Err(Error::invalid(format!("the root `{shown}` is not a folder"))
+                .remedy("name the folder under which all files lie"));
         }
         Ok(Self { root: Some(found) })
     }
@@ -81,8 +82,7 @@ impl Source for Files {
 
     fn read(&self, file: &Path, limit: u64) -> Result<Cow<'_, [u8]>> {
         let shown = file.display().to_string();
-        let unreadable =
-            |e: io::Error| Error::new(ErrorKind::Io, format!("cannot read `{shown}`: {}", reason(&e)));
+        let unreadable = |e: io::Error| cannot_read(&e, &shown);
         self.check_root(file, &shown)?;
         regular(&fs::symlink_metadata(file).map_err(unreadable)?, &shown)?;
         let handle = open(file).map_err(unreadable)?;
@@ -91,7 +91,8 @@ impl Source for Files {
         if is_the_kernels(&handle) {
             return Err(Error::invalid(format!(
                 "`{shown}` is no file on a disk but one that the kernel makes up"
-            )));
+            ))
+            .remedy("copy what it holds to a file, and name that"));
         }
         if before.len() > limit {
             return Err(too_long(&shown, limit));
@@ -177,12 +178,12 @@ fn regular(kind: &fs::Metadata, written: &str) -> Result<()> {
     if kind.is_file() {
         return Ok(());
     }
-    let what = match () {
-        () if kind.is_dir() => "a folder",
-        () if kind.is_symlink() => "a link by now",
-        () => "a device, pipe or socket",
+    let (what, remedy) = match () {
+        () if kind.is_dir() => ("a folder", "name a file in it"),
+        () if kind.is_symlink() => ("a link by now", "try again when nothing writes to it"),
+        () => ("a device, pipe or socket", "write what it gives to a file, and name that"),
     };
-    Err(Error::invalid(format!("`{written}` is {what}, not a file")))
+    Err(Error::invalid(format!("`{written}` is {what}, not a file")).remedy(remedy))
 }
 
 /// Missing is the input's fault, unreadable the system's.
@@ -190,9 +191,18 @@ fn explain(e: &io::Error, written: &str) -> Error {
     use io::ErrorKind::{InvalidFilename, InvalidInput, NotADirectory, NotFound};
     match e.kind() {
         NotFound | NotADirectory => missing(written),
-        InvalidInput | InvalidFilename => Error::invalid(format!("`{written}` cannot be a file name")),
-        _ => Error::new(ErrorKind::Io, format!("cannot read `{written}`: {}", reason(e))),
+        InvalidInput | InvalidFilename => Error::invalid(format!("`{written}` cannot be a file name"))
+            .remedy("a name has no NUL, and no more than some 255 bytes between slashes"),
+        _ => cannot_read(e, written),
     }
+}
+
+fn cannot_read(e: &io::Error, written: &str) -> Error {
+    let remedy = match e.kind() {
+        io::ErrorKind::PermissionDenied => "see who may read it, and pass through the folders above it",
+        _ => "see whether other programs can read it",
+    };
+    Error::new(ErrorKind::Io, format!("cannot read `{written}`: {}", reason(e))).remedy(remedy)
 }
 
 /// The system's reason, without the "(os error 13)" at its end.
