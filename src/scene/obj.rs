@@ -124,7 +124,8 @@ pub(crate) fn build(
     let count: usize = normalized.faces.iter().map(|face| face.corners - 2).sum();
     geometry.triangles.reserve_exact(count);
 
-    let mut mapped: HashMap<(u32, u32), Option<u32>> = HashMap::new();
+    // Coordinates of their own: a material's, or of a face far from the texture's first repeat.
+    let mut mapped: HashMap<(u32, u32, [i64; 2]), Option<u32>> = HashMap::new();
     let mut work = WORK_PER_FILE;
     let mut begin = 0;
     let (mut corners, mut texcoords) = (Vec::new(), Vec::new());
@@ -152,16 +153,22 @@ pub(crate) fn build(
         let normals = attributes.normals_of(face, mesh, range.clone(), file, warnings);
         texcoords.clear();
         if let Some(list) = attributes.texcoords_of(face, mesh, range, file, warnings) {
-            match mapping {
-                None => texcoords.extend_from_slice(list),
-                Some((scale, offset)) => texcoords.extend(list.iter().filter_map(|&index| {
-                    *mapped.entry((material, index)).or_insert_with(|| {
-                        let uv = attributes.texcoords.get(index as usize).copied().flatten()?;
-                        let uv = narrow(uv * DVec2::from(scale) + DVec2::from(offset))?;
-                        geometry.texcoords.push(uv);
+            let (scale, offset) = mapping.unwrap_or(([1.0; 2], [0.0; 2]));
+            let uv = |index: u32| {
+                let uv = attributes.texcoords.get(index as usize).copied().flatten()?;
+                Some(uv * DVec2::from(scale) + DVec2::from(offset))
+            };
+            let far = far_repeats(list.iter().filter_map(|&index| uv(index)));
+            if mapping.is_none() && far == [0; 2] {
+                texcoords.extend_from_slice(list);
+            } else {
+                let owner = if mapping.is_none() { NONE } else { material };
+                texcoords.extend(list.iter().filter_map(|&index| {
+                    *mapped.entry((owner, index, far)).or_insert_with(|| {
+                        geometry.texcoords.push(narrow(uv(index)? - DVec2::from(far.map(|n| n as f64)))?);
                         Some(geometry.texcoords.len() as u32 - 1)
                     })
-                })),
+                }));
             }
         }
         let pick = |list: Option<&[u32]>, of: [usize; 3]| {
@@ -245,6 +252,18 @@ fn triples(flat: &[f64]) -> impl Iterator<Item = DVec3> + '_ {
     flat.chunks_exact(3).map(|p| DVec3::new(p[0], p[1], p[2]))
 }
 
+/// How many repeats of its texture a face lies from the first, where so many leave single precision too few digits (beyond 256 a
+/// thirtieth of a texel of 1024): a multiple of 128, so that neighbours mostly have the same, and still continue one another.
+fn far_repeats(uv: impl Iterator<Item = DVec2> + Clone) -> [i64; 2] {
+    const STEP: f64 = 128.0;
+    if uv.clone().all(|uv| uv.abs().max_element() < 2.0 * STEP) {
+        return [0; 2];
+    }
+    let first = uv.into_iter().next().unwrap_or_default();
+    // What is larger than integers hold has no digits left.
+    first.to_array().map(|c| (STEP * (c / STEP).round().clamp(-1e16, 1e16)) as i64)
+}
+
 /// The coordinate in f32, if it is finite there.
 fn narrow(uv: DVec2) -> Option<Vec2> {
     Some(uv.as_vec2()).filter(|uv| uv.is_finite())
@@ -318,6 +337,38 @@ mod tests {
         let (g, _) = run(&format!("{SQUARE}f 1/1 2/2 3/3 4/4\n"), Some(([2.0, 3.0], [0.5, 0.0])))?;
         let uv = g.triangles[0].texcoords.map(|i| g.texcoords[i as usize]);
         assert_eq!(uv, [Vec2::new(0.5, 0.0), Vec2::new(2.5, 0.0), Vec2::new(2.5, 3.0)]);
+        Ok(())
+    }
+
+    #[test]
+    fn coordinates_far_from_the_first_repeat_keep_their_digits() -> Result<()> {
+        for (far, mapping) in [
+            (0.0, None),
+            (255.0, None),
+            (5000.0, None),
+            (-1e6, None),
+            (1e9, None),
+            (3000.0, Some(([1.0; 2], [1e7, 0.0]))),
+        ] {
+            let vertices = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+            let vt = |u: f64, v: f64| format!("vt {} {}\n", far + u, v - far);
+            let text = [vt(0.3, 0.1), vt(1.3, 0.1), vt(1.3, 0.9), vt(0.3, 0.9)].concat();
+            let (g, warnings) = run(&format!("{vertices}{text}f 1/1 2/2 3/3 4/4\n"), mapping)?;
+            assert_eq!(warnings, 0);
+            for triangle in &g.triangles {
+                let uv = triangle.texcoords.map(|i| g.texcoords[i as usize]);
+                let at = triangle.positions.map(|i| g.positions[i as usize]);
+                for (uv, at) in uv.into_iter().zip(at) {
+                    let want = DVec2::new(0.3 + at.x, 0.1 + 0.8 * at.y);
+                    let off = (uv.as_dvec2() - want) - (uv.as_dvec2() - want).round();
+                    assert!(off.abs().max_element() < 4e-5, "{far}: {uv}, not {want}");
+                }
+            }
+        }
+        // Neighbours continue one another: a corner of both has one coordinate.
+        let strip = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 300 0\nvt 301 0\nvt 300 1\nvt 301 1\n";
+        let (g, _) = run(&format!("{strip}f 1/1 2/2 3/3\nf 2/2 4/4 3/3\n"), None)?;
+        assert_eq!(g.triangles[0].texcoords[1], g.triangles[1].texcoords[0]);
         Ok(())
     }
 
