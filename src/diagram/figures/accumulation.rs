@@ -60,12 +60,16 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             .remedy("focus nearer: a larger extension_mm"));
     }
     let unsharp = sharp * keys.farther;
-    let lens: Vec<DVec3> = (0..keys.points)
+    let mut lens: Vec<DVec3> = (0..keys.points)
         .map(|i| {
             scene.lens
                 * (optics.aperture_radius() * (2.0 * (f64::from(i) + 0.5) / f64::from(keys.points) - 1.0))
         })
         .collect();
+    // The uppermost on the page first, as the rows beside come.
+    if scene.section.project(scene.lens)[1] > 0.0 {
+        lens.reverse();
+    }
     let bounds = stage::around(&scene, &[scene.section.project(unsharp * 1.12)])?;
     let spread = spread(&scene, &lens, unsharp);
     let sentences = [
@@ -96,11 +100,21 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     sheet.strip(&panel, stage::view_name(&scene), false)?;
     let group = pictures(&scene, &sheet, beside, &lens, [sharp, unsharp])?;
     sheet.items.push(Item::Group(group));
-    let words = "on the film, by lens point";
+    let words = if is_upright(&scene) { "by lens point; right is up" } else { "on the film, by lens point" };
     let item =
         sheet.caption("caption", lettering::runs(words), [beside[0], beside[3] + 3.4], theme::LETTER)?;
     sheet.items.push(item);
     stage::end(&stage, sheet, frame, "How pictures add up", &sentences)
+}
+
+/// Whether the section goes along the film's height, not its width.
+fn is_upright(scene: &Scene) -> bool {
+    let (x, y) = scene.optics.film_axes();
+    let long = |axis| {
+        let [right, up] = scene.section.project(axis);
+        libm::hypot(right, up)
+    };
+    long(y) >= long(x)
 }
 
 /// A point's image through a lens point, as height on the film along its trace in the section, metres.
@@ -109,11 +123,9 @@ fn height(scene: &Scene, lens: DVec3, point: DVec3) -> f64 {
     let (fx, fy) = scene.optics.film_axes();
     let at = (fx * image.x + fy * image.y) / image.z;
     // The way of the film in the section: of its axes, the one that shows more of itself there.
-    let [x, y] = [fx, fy].map(|axis| scene.section.project(axis));
-    let long = |[right, up]: [f64; 2]| libm::hypot(right, up);
-    let way = if long(y) >= long(x) { y } else { x };
+    let way = scene.section.project(if is_upright(scene) { fy } else { fx });
     let image = scene.section.project(at);
-    (image[0] * way[0] + image[1] * way[1]) / long(way)
+    (image[0] * way[0] + image[1] * way[1]) / libm::hypot(way[0], way[1])
 }
 
 fn spread(scene: &Scene, lens: &[DVec3], point: DVec3) -> f64 {
