@@ -189,6 +189,9 @@ fn sensitivity(optics: &Optics) -> String {
 
 fn image_circle(optics: &Optics) -> String {
     let (angle, diameter) = optics.coverage();
+    if diameter == f64::INFINITY {
+        return format!("no lens covers the film ({} of coverage)", degrees(2.0 * angle));
+    }
     format!("the film needs {} about the lens axis ({} of coverage)", length(diameter), degrees(2.0 * angle))
 }
 

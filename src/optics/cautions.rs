@@ -10,22 +10,21 @@ const WIDE_DEGREES: f64 = 105.0;
 const PARALLEL: f64 = 1e9;
 
 impl Optics {
-    /// The largest angle from the lens axis to a film corner, radians, and the diameter of the image circle about the
-    /// axis that the film needs, metres.
+    /// The largest angle from the lens axis to a film corner, radians, and the diameter of the image circle that the film needs,
+    /// metres: of the cone about the axis with that angle, square to the axis where this meets the film; infinite where a corner lies
+    /// beside or before the lens, or the film along the axis.
     pub fn coverage(&self) -> (f64, f64) {
         let film = self.camera().film;
         let (w, h) = (0.5 * film.width.as_metres(), 0.5 * film.height.as_metres());
-        let mut angle: f64 = 0.0;
-        let mut reach: f64 = 0.0;
-        // Where the lens axis meets the film.
-        let foot = self.film_plane().meet_ray(DVec3::ZERO, self.axis()).to_affine();
-        for (x, y) in [(w, h), (w, -h), (-w, h), (-w, -h)] {
+        let back = -self.axis();
+        let off_axis = |(x, y): (f64, f64)| {
             let corner = self.film_point(x, y);
-            let back = -self.axis();
-            angle = angle.max(libm::atan2(back.cross(corner).length(), back.dot(corner)));
-            reach = reach.max((corner - foot).length());
-        }
-        (angle, 2.0 * reach)
+            libm::atan2(back.cross(corner).length(), back.dot(corner))
+        };
+        let angle = [(w, h), (w, -h), (-w, h), (-w, -h)].map(off_axis).into_iter().fold(0.0, f64::max);
+        let distance = (self.film_plane().e / self.film_normal().dot(self.axis())).abs();
+        let is_a_circle = angle < std::f64::consts::FRAC_PI_2 && distance.is_finite();
+        (angle, if is_a_circle { 2.0 * distance * libm::tan(angle) } else { f64::INFINITY })
     }
 
     /// What is unusual about this camera, a sentence each: it can be computed, but hardly built or of use.
@@ -49,5 +48,46 @@ impl Optics {
             list.push("the focus plane crosses the lens axis behind the lens".to_owned());
         }
         list
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Aperture, Camera, FilmSize, Standard};
+    use crate::quantity::{Angle, FNumber, Length};
+
+    #[test]
+    fn the_image_circle_is_measured_square_to_the_lens_axis() {
+        let of = |front_rise: f64, [front_tilt, rear_tilt]: [f64; 2]| {
+            let camera = Camera {
+                rail: Camera::rail_frame(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y).unwrap(),
+                front: Standard {
+                    rise: Length::millimetres(front_rise),
+                    tilt: Angle::degrees(front_tilt),
+                    ..Standard::default()
+                },
+                rear: Standard { tilt: Angle::degrees(rear_tilt), ..Standard::default() },
+                extension: Length::millimetres(150.0),
+                focal_length: Length::millimetres(150.0),
+                aperture: Aperture::FNumber(FNumber::new(5.6).unwrap()),
+                film: FilmSize { width: Length::millimetres(120.0), height: Length::millimetres(96.0) },
+                near: Length::millimetres(10.0),
+            };
+            Optics::new(&camera).unwrap().coverage()
+        };
+        let near = |(angle, circle): (f64, f64), off: f64, back: f64| {
+            assert!((angle - libm::atan2(off, back)).abs() < 1e-12, "{angle}");
+            assert!((circle - 2.0 * 0.15 * off / back).abs() < 1e-12, "{circle}");
+        };
+        near(of(0.0, [0.0; 2]), libm::hypot(0.060, 0.048), 0.150);
+        near(of(20.0, [0.0; 2]), libm::hypot(0.060, 0.068), 0.150);
+        // The nearer corners of a leaning film decide: 48 mm along it.
+        for tilt in [-30.0f64, 30.0] {
+            let (sine, cosine) = libm::sincos(tilt.to_radians().abs());
+            near(of(0.0, [0.0, tilt]), libm::hypot(0.060, 0.048 * cosine), 0.150 - 0.048 * sine);
+        }
+        // A corner before the lens.
+        assert_eq!(of(0.0, [80.0, 0.0]).1, f64::INFINITY);
     }
 }
