@@ -351,7 +351,8 @@ fn a_film_that_reaches_the_aperture_is_warned_of_and_not_rendered() {
     checked.expect(0, &["reaches the aperture"]);
     // All that was told is counted.
     let told = checked.err.lines().filter(|line| line.starts_with("warning: ")).count();
-    assert!(told > 0 && checked.out.ends_with(&format!("\n{told} warnings\n")), "{told}: {}", checked.out);
+    let words = if told == 1 { "warning" } else { "warnings" };
+    assert!(told > 0 && checked.out.ends_with(&format!("\n{told} {words}\n")), "{told}: {}", checked.out);
     run(&folder, &["render", "scene.toml", "-o", "o.png"]).expect(2, &["scene.toml", "reaches the aperture"]);
     assert!(!folder.join("o.png").exists());
 }

@@ -90,6 +90,6 @@ fn words(scene: &Scene, warnings: usize) -> String {
             optics_words::length(high.z - low.z),
         ));
     }
-    text.push_str(&format!("{warnings} warnings\n"));
+    text.push_str(&format!("{warnings} {}\n", if warnings == 1 { "warning" } else { "warnings" }));
     text
 }
