@@ -34,7 +34,7 @@ pub(super) struct Arguments {
     /// Small pictures and few of them: an answer in less than 20 seconds
     #[arg(long)]
     pub(super) quick: bool,
-    /// Width of the pictures in pixels; the height follows
+    /// Width of the pictures in pixels, 480 by default, 160 with --quick; the height follows
     #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     pub(super) width: Option<Pixels>,
     /// Number of threads; all cores by default
