@@ -137,12 +137,14 @@ impl FromStr for Seconds {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let text = text.trim();
-        let (number, unit) = [("ms", 0.001), ("min", 60.0), ("s", 1.0), ("", 1.0)]
+        let (number, unit) = [("ms", [1.0, 1e3]), ("min", [60.0, 1.0]), ("s", [1.0; 2]), ("", [1.0; 2])]
             .iter()
             .find_map(|&(suffix, unit)| Some((text.strip_suffix(suffix)?, unit)))
-            .unwrap_or((text, 1.0));
+            .unwrap_or((text, [1.0; 2]));
+        // Over 1000, not times a thousandth: 350 ms are 0.35 s and not a little more.
+        let [times, over] = unit;
         match number.trim().parse::<f64>() {
-            Ok(value) if value > 0.0 && (value * unit).is_finite() => Ok(Self(value * unit)),
+            Ok(value) if value > 0.0 && (value * times / over).is_finite() => Ok(Self(value * times / over)),
             _ => Err("a time is a positive number of seconds, such as 2s or 1.5s, of ms or of min".into()),
         }
     }

@@ -47,7 +47,7 @@ mod uniform;
 pub use adaptive::MOST_FOR_ERROR;
 pub use stages::Stages;
 
-use adaptive::Timed;
+use adaptive::{Timed, as_many_as_fit};
 use picture::{Picture, Sequence};
 use room::Room;
 use stages::Stopwatch;
@@ -135,7 +135,7 @@ pub fn render(scene: &Scene, execution: Execution<'_>) -> Result<(Exposure, Coun
             })?;
             match timed {
                 Timed::Done(done) => Ok(*done),
-                Timed::TooShort(samples) => replay(scene, &Allocation::Uniform(samples), execution),
+                Timed::TooShort(samples) => as_many_as_fit(scene, samples, times.1, execution),
             }
         }
     }
