@@ -77,7 +77,7 @@ pub(super) fn broken(target: &Path, error: &io::Error) -> Error {
     let reason = text.split(" (os error").next().unwrap_or_default().to_lowercase();
     let remedy = match error.kind() {
         std::io::ErrorKind::PermissionDenied | std::io::ErrorKind::ReadOnlyFilesystem => {
-            "name a folder that you may write to with -o"
+            "name a place that you may write to"
         }
         std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => {
             "make room on that disk, or name another"

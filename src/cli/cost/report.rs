@@ -5,7 +5,7 @@ use super::answers;
 use super::crops::{self, MOST_CROPS, crop_name};
 use super::kept::Measured;
 use super::reference;
-use super::study::{BASELINE, Study, nothing};
+use super::study::{BASELINE, Study};
 use super::ways::{ADAPTIVE, APPROXIMATION, UNIFORM};
 use groundglass::diagram::{Changes, FigureFile};
 use groundglass::error::Result;
@@ -100,7 +100,15 @@ impl Trend {
 /// The last two steps of the ladder, in plain words.
 pub(super) fn sentence(study: &Study<'_>) -> String {
     let uniform = rows(study, UNIFORM);
-    let [.., before, last] = uniform.as_slice() else { return nothing().to_string() };
+    let [.., before, last] = uniform.as_slice() else {
+        return format!(
+            "Of uniform samples {} of the two measurements that a price needs {} there, and no time was left for {} more: the same \
+             command takes them.",
+            uniform.len(),
+            if uniform.len() == 1 { "is" } else { "are" },
+            study.left
+        );
+    };
     let trend = Trend::of(before, last);
     let mut words = match &trend {
         Some(trend) => format!(
@@ -206,7 +214,7 @@ fn chart(study: &Study<'_>, stem: &str) -> String {
     let mut text = format!(
         "# Made by `groundglass cost`: {} x {} pixels; times over that of {BASELINE} uniform samples drawn just before, in the seconds that those \
          took once; bars are the shortest and the longest of several runs.\nkind = \"plot\"\n\
-         title = {title}\nwidth_mm = 130.0\n\n[x]\ntitle = \"time of a picture, {}\"\nunit = \"s\"\nscale = \"log\"\n\n[y]\n\
+         title = {title}\nwidth_mm = 130.0\n\n[x]\ntitle = \"time of a picture, by its ratio; {}\"\nunit = \"s\"\nscale = \"log\"\n\n[y]\n\
          title = \"error of the picture, RMS: lines true, points stated\"\nscale = \"log\"\n",
         table.width,
         table.height,
@@ -280,10 +288,12 @@ fn page(study: &Study<'_>, stem: &str) -> String {
     };
     let told = stats::words_of_effects(study.scene.render.effects);
     let told = if told.is_empty() { String::new() } else { format!(", {}", told.join(" ")) };
+    let baseline = table.baseline_seconds.map_or(String::new(), |seconds| format!(", {}", duration(seconds)));
     let mut text = format!(
         "# What accuracy costs: {stem}\n\n{}\n\n{} x {} pixels, {}{told}; against a converged picture of {converged}. Errors are root mean \
          squares over the picture, linear light, clamped to 0..1. Times are the median of three runs (two where one takes long); the \
-         ratio is to {BASELINE} uniform samples drawn just before each.\n\n![Error against time](cost.svg)\n\n\
+         ratio is to {BASELINE} uniform samples drawn just before each. The chart shows the ratios, in the time that those took \
+         first{baseline}.\n\n![Error against time](cost.svg)\n\n\
          ![Error against samples](points.svg)\n\n![The part of the picture where 16 samples are most wrong](crops.svg)\n\n{not_measured}\
          | way | setting | samples | true error | stated | seconds | ratio |\n|---|---|---|---|---|---|---|\n",
         sentence(study),

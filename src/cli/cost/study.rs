@@ -101,8 +101,9 @@ impl<'a> Study<'a> {
                     tell("converging", rate, (1.0 - part) * samples + ladder);
                 };
                 let converged = self.converge(Execution { progress: Some(&each), ..self.execution(cancel) });
-                let truth = converged.map_err(|error| {
-                    stopped(error, "nothing was measured yet: the converged picture comes first")
+                let truth = converged.map_err(|error| match self.table.measured.is_empty() {
+                    true => stopped(error, "nothing was measured yet: the converged picture comes first"),
+                    false => stopped(error, self.goes_on()),
                 })?;
                 rate = Some(begun.elapsed().as_secs_f64() / samples);
                 truth
@@ -116,10 +117,8 @@ impl<'a> Study<'a> {
                     continue;
                 }
                 let start = Instant::now();
-                let measured = self.time(step, &truth, cancel).map_err(|error| {
-                    let folder = self.folder.display();
-                    stopped(error, format!("the same command goes on; {folder} keeps what was measured"))
-                })?;
+                let measured =
+                    self.time(step, &truth, cancel).map_err(|error| stopped(error, self.goes_on()))?;
                 // What one way took tells of its like: a sample of one is as dear as a thousand of another.
                 let took = start.elapsed().as_secs_f64();
                 let rate = *rate.get_or_insert(took / work(step));
@@ -143,6 +142,10 @@ impl<'a> Study<'a> {
         progress.finish();
         self.truth = Some(truth);
         Ok(())
+    }
+
+    fn goes_on(&self) -> String {
+        format!("the same command goes on; {} keeps what was measured", self.folder.display())
     }
 
     pub(super) fn find(&self, way: &str, setting: &str) -> Option<&Measured> {
