@@ -291,6 +291,52 @@ fn what_a_tilted_lens_has_behind_the_film_is_not_blur_in_view() {
     }
 }
 
+/// A black card close before the lens, so large that its corners lie far out of view, of which only the rim of the lens sees an edge; all
+/// else is sharp.
+#[test]
+fn what_only_the_rim_of_the_lens_sees_is_in_view() {
+    for (tilt, f_number, side, is_in) in [
+        (10.0, 2.0, 0.032, true),
+        (0.0, 2.0, 0.035, true),
+        (0.0, 2.8, 0.035, true),
+        (0.0, 2.8, 0.5, false),
+        (10.0, 2.0, 0.5, false),
+    ] {
+        let setting = Setting { front: [tilt, 0.0], f_number, stretch: 1.03, ..ALIGNED };
+        let camera = camera(DVec3::ZERO, DVec3::NEG_Z, 150.0, setting);
+        let optics = groundglass::optics::Optics::new(&camera).unwrap();
+        let focus = optics.focus_plane();
+        let across = focus.m.normalize().any_orthonormal_vector();
+        let along = focus.m.normalize().cross(across);
+        let middle = focus.m * (-focus.e / focus.m.length_squared());
+        let corner =
+            |x: f64, y: f64| optics.world_from_lens().point(middle + 40.0 * (x * across + y * along));
+        let mut surfaces =
+            Surfaces { materials: vec![plain([0.9; 3]), plain([0.0; 3])], ..Surfaces::default() };
+        quad(
+            &mut surfaces,
+            [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+            1.0,
+            0,
+        );
+        let card = [(side, -10.0), (10.0, -10.0), (10.0, 10.0), (side, 10.0)];
+        quad(&mut surfaces, card.map(|(x, y)| DVec3::new(x, y, -0.05)), 1.0, 1);
+        let mut scene = scene(&camera, surfaces, 64, 256);
+        (scene.sun, scene.sky.ambient) = (None, DVec3::ONE);
+        scene.sky.zenith = scene.sky.horizon;
+        let plan = RenderPlan::new(&scene);
+        assert_eq!(plan.active().has(EffectName::Defocus), is_in, "{side}: {:?}", plan.effects()[0]);
+        let whole = draw(&scene);
+        scene.render.effects.all = true;
+        let change = gap(&whole, &draw(&scene));
+        assert!(change < 0.002, "{tilt} degrees, f/{f_number}, {side}: {change}");
+        // The card is there to be seen, or not.
+        scene.render.effects =
+            EffectChoice { without: [EffectName::Defocus].into_iter().collect(), ..Default::default() };
+        assert_eq!(gap(&whole, &draw(&scene)) > 0.01, is_in, "{side}");
+    }
+}
+
 /// A chart of nothing but black and white bars, three to fifteen pixels wide. Along rows of pixels, each edge between two of them,
 /// even the smallest blur takes light across: there, and there alone, more changes than is stated.
 #[test]

@@ -46,7 +46,7 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
             let tilted = match lean(scene) {
                 0.0 => String::new(),
                 degrees => {
-                    format!("; tilted focus, {} degrees to the film, threshold above 0", digits(degrees))
+                    format!("; tilted focus: its plane leans {} degrees from the film", digits(degrees))
                 }
             };
             let because = by_light(format!("largest blur {blur}, threshold {threshold} px")) + &tilted;
@@ -167,11 +167,14 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
     }
 }
 
-/// How far the plane of sharp focus leans from the film's, degrees from 0 to 90; 0 also for what is left of rounding.
+/// How far the plane of sharp focus leans from the film's, degrees from 0 to 90; 0 also where lens and film lean by nothing but rounding,
+/// which turns a plane at infinity anyhow.
 fn lean(scene: &Scene) -> f64 {
     let (focus, film) = (scene.optics.focus_plane().m, scene.optics.film_normal());
-    let degrees = libm::atan2(focus.cross(film).length(), focus.dot(film).abs()).to_degrees();
-    if degrees < 1e-9 { 0.0 } else { degrees }
+    if scene.optics.axis().cross(film).length() < 1e-6 {
+        return 0.0;
+    }
+    libm::atan2(focus.cross(film).length(), focus.dot(film).abs()).to_degrees()
 }
 
 pub(super) fn pixels(number: f64) -> String {

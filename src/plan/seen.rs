@@ -176,7 +176,8 @@ impl Light {
     }
 }
 
-/// How much larger than the film the part of a triangle's plane is that is looked at: blur brings in what lies beside it.
+/// How much larger than the film the part of a triangle's plane is that is looked at: blur and diffraction bring in what lies
+/// beside it.
 pub(super) const MARGIN: f64 = 1.5;
 
 /// The camera, for points in lens space.
@@ -203,8 +204,18 @@ impl<'a> Frame<'a> {
 
     /// Corners of what is in view of a triangle: none where nothing is.
     fn in_view(&self, corners: [DVec3; 3]) -> Vec<DVec3> {
-        let mut found = self.clipped(corners);
-        found.extend(corners.into_iter().filter(|&corner| self.reaches_film(corner)));
+        let before = clip(corners.to_vec(), |p| self.optics.axis().dot(p) - self.near);
+        if before.is_empty() || self.is_beside(&before) {
+            return Vec::new();
+        }
+        // From the lens's middle it is mostly seen as a whole, or near enough.
+        let mut found = self.seen_from(before.clone(), DVec3::ZERO);
+        if found != before {
+            for lens in LENS {
+                let lens = self.optics.lens_point(lens[0], lens[1]) * self.optics.aperture_radius();
+                found.extend(self.seen_from(before.clone(), lens));
+            }
+        }
         found
     }
 
@@ -229,31 +240,17 @@ impl<'a> Frame<'a> {
         self.optics.film_plane().e.abs() * farthest / (nearest * nearest) / self.pixel
     }
 
-    /// Whether the blur of a point meets the film.
-    fn reaches_film(&self, point: DVec3) -> bool {
-        if self.optics.axis().dot(point) < self.near {
-            return false;
-        }
-        match self.optics.blur_of(point) {
-            Some(blur) => {
-                let is_within = |i: usize| blur.center[i].abs() - 0.5 * blur.largest <= self.half[i];
-                is_within(0) && is_within(1)
-            }
-            None => self.reaches_film_from_some(point),
-        }
-    }
-
-    /// Whether some lens point sees a point on this side of each of the film's sides, for one that others do not see at all. (Of a
-    /// tilted lens much is before it, and beside or behind what the film can see.) Images are affine in the lens point, so what is
-    /// asked is the most of an affine function over the lens's disk, for each side by itself: it may say too often that there is one.
-    fn reaches_film_from_some(&self, point: DVec3) -> bool {
-        let image = |u: f64, v: f64| {
+    /// Whether no lens point sees any of a polygon on this side of one of the sides of the film and what lies around it. (Of a tilted lens much is before it, and
+    /// beside or behind what the film can see.) Images are affine in the lens point, so the most over the lens's disk is that of an
+    /// affine function; and convex in the place, so corners tell of all between them.
+    fn is_beside(&self, polygon: &[DVec3]) -> bool {
+        let image = |point: DVec3, u: f64, v: f64| {
             let lens = self.optics.lens_point(u, v) * self.optics.aperture_radius();
             self.optics.film_image(lens, point)
         };
-        let (middle, right, up) = (image(0.0, 0.0), image(1.0, 0.0), image(0.0, 1.0));
-        let most = |of: DVec3| of.dot(middle) + libm::hypot(of.dot(right - middle), of.dot(up - middle));
-        let [x, y] = self.half;
+        let images = polygon.iter().map(|&p| (image(p, 0.0, 0.0), image(p, 1.0, 0.0), image(p, 0.0, 1.0)));
+        let images: Vec<_> = images.map(|(middle, u, v)| (middle, u - middle, v - middle)).collect();
+        let [x, y] = self.half.map(|half| MARGIN * half);
         let sides = [
             DVec3::Z,
             DVec3::new(1.0, 0.0, x),
@@ -261,42 +258,60 @@ impl<'a> Frame<'a> {
             DVec3::new(0.0, 1.0, y),
             DVec3::new(0.0, -1.0, y),
         ];
-        sides.into_iter().all(|side| most(side) > 0.0)
+        sides.into_iter().any(|side| {
+            images
+                .iter()
+                .all(|(middle, u, v)| side.dot(*middle) + libm::hypot(side.dot(*u), side.dot(*v)) <= 0.0)
+        })
     }
 
-    /// The part of a triangle beyond the near plane whose image from the lens centre lies on the film or around it.
-    fn clipped(&self, corners: [DVec3; 3]) -> Vec<DVec3> {
-        let image = |p: DVec3| self.optics.film_image(DVec3::ZERO, p);
-        let side = |p: DVec3, side: usize| match side {
-            0 => self.optics.axis().dot(p) - self.near,
-            1 => MARGIN * self.half[0] * image(p).z - image(p).x,
-            2 => MARGIN * self.half[0] * image(p).z + image(p).x,
-            3 => MARGIN * self.half[1] * image(p).z - image(p).y,
-            _ => MARGIN * self.half[1] * image(p).z + image(p).y,
-        };
-        let mut polygon = corners.to_vec();
-        for plane in 0..5 {
-            let distances: Vec<f64> = polygon.iter().map(|&p| side(p, plane)).collect();
-            if distances.iter().all(|&d| d >= 0.0) {
-                continue;
-            }
-            let count = polygon.len();
-            let mut inside = Vec::with_capacity(count + 1);
-            for i in 0..count {
-                let next = (i + 1) % count;
-                let (a, b, da, db) = (polygon[i], polygon[next], distances[i], distances[next]);
-                if da >= 0.0 {
-                    inside.push(a);
-                }
-                if (da >= 0.0) != (db >= 0.0) {
-                    inside.push(a + (b - a) * (da / (da - db)));
-                }
-            }
-            polygon = inside;
-            if polygon.is_empty() {
-                break;
-            }
-        }
-        polygon
+    /// The part of a polygon whose image from a lens point lies on the film or around it.
+    fn seen_from(&self, polygon: Vec<DVec3>, lens: DVec3) -> Vec<DVec3> {
+        let [x, y] = self.half.map(|half| MARGIN * half);
+        let sides = [[1.0, 0.0, x], [-1.0, 0.0, x], [0.0, 1.0, y], [0.0, -1.0, y]].map(DVec3::from);
+        sides
+            .into_iter()
+            .fold(polygon, |polygon, side| clip(polygon, |p| side.dot(self.optics.film_image(lens, p))))
     }
+}
+
+/// Lens points, in aperture radii, from which a triangle is looked at that the middle does not see as a whole. Neighbours are about half
+/// a radius apart and look [`MARGIN`] beyond the film: only what is blurred over more than three sides of the film may lie between them.
+const LENS: [[f64; 2]; 12] = {
+    let (half, rim, low, high) = (0.5, 1.0, 0.382_683_432_365_089_8, 0.923_879_532_511_286_7);
+    [
+        [half, 0.0],
+        [-half, 0.0],
+        [0.0, half],
+        [0.0, -half],
+        [rim * high, rim * low],
+        [rim * low, rim * high],
+        [-rim * low, rim * high],
+        [-rim * high, rim * low],
+        [-rim * high, -rim * low],
+        [-rim * low, -rim * high],
+        [rim * low, -rim * high],
+        [rim * high, -rim * low],
+    ]
+};
+
+/// The part of a convex polygon where an affine function is not negative.
+fn clip(polygon: Vec<DVec3>, side: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
+    let distances: Vec<f64> = polygon.iter().map(|&p| side(p)).collect();
+    if distances.iter().all(|&d| d >= 0.0) {
+        return polygon;
+    }
+    let count = polygon.len();
+    let mut inside = Vec::with_capacity(count + 1);
+    for i in 0..count {
+        let next = (i + 1) % count;
+        let (a, b, da, db) = (polygon[i], polygon[next], distances[i], distances[next]);
+        if da >= 0.0 {
+            inside.push(a);
+        }
+        if (da >= 0.0) != (db >= 0.0) {
+            inside.push(a + (b - a) * (da / (da - db)));
+        }
+    }
+    inside
 }
