@@ -47,7 +47,7 @@ const FEW_HITS: f64 = 6.0;
 pub(super) enum Timed {
     Done(Box<(Exposure, Counts)>),
     /// There is only time for so many samples of each pixel, drawn otherwise.
-    TooShort(u32),
+    TooShort(Few),
 }
 
 /// The pilot shows by so many samples how the error falls, however many are needed.
@@ -56,6 +56,14 @@ const MOST_FOR_PILOT: u32 = 64;
 /// What numbers of samples below [`FIRST_RUN`] take of its time, about (Sponza at 1280 x 1024).
 const FEWER: [(u32, f64); 4] = [(8, 0.8), (4, 0.65), (2, 0.5), (1, 0.0)];
 
+/// Fewer samples than a picture begins with that goes on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Few {
+    pub samples: u32,
+    /// Seconds that come before the first sample, of any picture of the scene.
+    pub before: f64,
+}
+
 /// Numbers of samples that a picture has for which there is no time to begin with [`FIRST_RUN`].
 const FEW: [u32; 6] = [8, 6, 4, 3, 2, 1];
 
@@ -63,26 +71,30 @@ const FEW: [u32; 6] = [8, 6, 4, 3, 2, 1];
 /// known only when they are drawn. (One sample was all that 1.1 s of a scene brought of which eight take 0.95.)
 pub(super) fn as_many_as_fit(
     scene: &Scene,
-    mut samples: u32,
+    mut few: Few,
     end: f64,
     execution: Execution<'_>,
 ) -> Result<(Exposure, Counts)> {
     let clock = execution.clock.unwrap_or(&|| 0.0);
     loop {
         let begun = clock();
-        let done = replay(scene, &Allocation::Uniform(samples), execution)?;
+        let done = replay(scene, &Allocation::Uniform(few.samples), execution)?;
         let now = clock();
-        match more_that_fit(samples, now - begun, end - now) {
-            Some(more) => samples = more,
+        match few.more_that_fit(now - begun, end - now) {
+            Some(samples) => few.samples = samples,
             None => return Ok(done),
         }
     }
 }
 
-/// How many more samples there is time for, where so many took so long: no more than in proportion.
-fn more_that_fit(samples: u32, took: f64, left: f64) -> Option<u32> {
-    let fits = |more: &u32| *more > samples && took * f64::from(*more) <= left * f64::from(samples);
-    FEW.into_iter().find(fits)
+impl Few {
+    /// How many more samples there is time for, where these took so long. Half of what came before the first picture is taken for what
+    /// comes before each: memory is touched for the first time there, and the second sample may take longer than the first.
+    fn more_that_fit(self, took: f64, left: f64) -> Option<u32> {
+        let each = (took - 0.5 * self.before).max(0.0) / f64::from(self.samples);
+        let time = |samples: u32| took + each * f64::from(samples - self.samples);
+        FEW.into_iter().find(|&more| more > self.samples && time(more) <= left)
+    }
 }
 
 impl<'a> Picture<'a> {
@@ -108,7 +120,7 @@ impl<'a> Picture<'a> {
     ) -> Result<Timed> {
         let mut progressive = Progressive::new(self, execution, counts)?;
         match progressive.until_clock(start, end, execution)? {
-            Some(samples) => Ok(Timed::TooShort(samples)),
+            Some(few) => Ok(Timed::TooShort(few)),
             None => progressive.finish(execution).map(|done| Timed::Done(Box::new(done))),
         }
     }
@@ -235,7 +247,7 @@ impl Progressive<'_> {
     }
 
     /// Draws until the time is up; where there is no time for the first run, the number of samples that there is time for.
-    fn until_clock(&mut self, start: f64, end: f64, execution: &Execution<'_>) -> Result<Option<u32>> {
+    fn until_clock(&mut self, start: f64, end: f64, execution: &Execution<'_>) -> Result<Option<Few>> {
         let clock = execution.clock.unwrap_or(&|| 0.0);
         let late = || clock() >= end;
         let columns = self.samples.columns_and_rows().0 as usize;
@@ -254,7 +266,7 @@ impl Progressive<'_> {
         let rest = if seen > 0.0 { took * (pixels - seen) / seen } else { f64::INFINITY };
         if rest > left + LATE_PART * (end - start).max(1.0) && again < AGAIN_PART * rest {
             let few = FEWER.iter().find(|(_, part)| again + part * rest <= left);
-            return Ok(Some(few.map_or(1, |&(samples, _)| samples)));
+            return Ok(Some(Few { samples: few.map_or(1, |&(samples, _)| samples), before: again }));
         }
         // Of a larger first run more samples are drawn in a time; what is left over goes into rounds.
         let goal =
@@ -300,10 +312,16 @@ mod tests {
 
     #[test]
     fn more_samples_are_drawn_only_where_there_is_time_for_all_of_them() {
-        assert_eq!(more_that_fit(1, 0.2, 0.65), Some(3));
-        assert_eq!(more_that_fit(1, 0.2, 0.39), None);
-        assert_eq!(more_that_fit(2, 0.2, 10.0), Some(8));
-        assert_eq!(more_that_fit(8, 0.2, 10.0), None);
-        assert_eq!(more_that_fit(4, 0.2, -1.0), None);
+        let fit = |samples, before, took, left| Few { samples, before }.more_that_fit(took, left);
+        assert_eq!(fit(1, 0.0, 0.2, 0.65), Some(3));
+        assert_eq!(fit(1, 0.0, 0.2, 0.39), None);
+        // 0.075 before the first, 0.125 for each: two take 0.325.
+        assert_eq!(fit(1, 0.15, 0.2, 0.37), Some(2));
+        assert_eq!(fit(1, 0.15, 0.2, 0.32), None);
+        assert_eq!(fit(2, 0.0, 0.2, 10.0), Some(8));
+        assert_eq!(fit(8, 0.0, 0.2, 10.0), None);
+        assert_eq!(fit(4, 0.0, 0.2, -1.0), None);
+        // A clock that ran otherwise: no more than it took.
+        assert_eq!(fit(4, 0.5, 0.2, 0.1), None);
     }
 }

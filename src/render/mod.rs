@@ -135,7 +135,7 @@ pub fn render(scene: &Scene, execution: Execution<'_>) -> Result<(Exposure, Coun
             })?;
             match timed {
                 Timed::Done(done) => Ok(*done),
-                Timed::TooShort(samples) => as_many_as_fit(scene, samples, times.1, execution),
+                Timed::TooShort(few) => as_many_as_fit(scene, few, times.1, execution),
             }
         }
     }
