@@ -62,11 +62,13 @@ pub(super) fn take_up(folder: &Path, table: &mut Table) -> (Option<Exposure>, bo
     };
     let blank = |table: &Table| Table {
         measured: Vec::new(),
+        converged_samples: 0,
         converged_rms: None,
         baseline_seconds: None,
         ..table.clone()
     };
-    if serde_json::to_string(&blank(&found)).ok() != serde_json::to_string(table).ok() {
+    let is_ours = serde_json::to_string(&blank(&found)).ok() == serde_json::to_string(&blank(table)).ok();
+    if !is_ours || !super::study::converges_by(found.quick, found.converged_samples) {
         return (None, holds_another);
     }
     *table = found;

@@ -117,6 +117,14 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
             duration(last.seconds),
             trend.ratio_of(0.5 * last.true_rms) / last.ratio
         ),
+        None if last.ratio <= before.ratio => format!(
+            "From {:.0} to {:.0} samples the error goes from {} to {} in no more time: what any picture takes is nearly all of it, and \
+             what more samples cost was not measured.",
+            before.samples,
+            last.samples,
+            tell::rms(before.true_rms),
+            tell::rms(last.true_rms)
+        ),
         None => format!(
             "Up to {:.0} samples more time hardly makes the error of {} smaller; what more would do was not measured.",
             last.samples,

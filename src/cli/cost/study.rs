@@ -16,7 +16,10 @@ use std::time::Instant;
 
 /// Samples of the converged picture.
 const TRUTH: u32 = 8192;
-const QUICK_TRUTH: u32 = 2048;
+
+/// The same of a quick study: the most that take no longer than this, as far as 16 tell, so that there is time for the ladder.
+const QUICK_TRUTHS: [u32; 3] = [2048, 1024, 512];
+const QUICK_CONVERGING_SECONDS: f64 = 5.0;
 
 /// A picture is timed three times; one that takes longer than this, twice, so that times have their bars.
 const LONG_SECONDS: f64 = 6.0;
@@ -61,7 +64,7 @@ impl<'a> Study<'a> {
             quick,
             threads: limits.0,
             simd: SimdLevel::best().name().to_owned(),
-            converged_samples: if quick { QUICK_TRUTH } else { TRUTH },
+            converged_samples: if quick { QUICK_TRUTHS[0] } else { TRUTH },
             converged_rms: None,
             baseline_seconds: None,
             measured: Vec::new(),
@@ -93,6 +96,9 @@ impl<'a> Study<'a> {
         let truth = match self.truth.take() {
             Some(truth) => truth,
             None => {
+                if self.table.quick && self.table.measured.is_empty() {
+                    self.table.converged_samples = self.affordable(cancel)?;
+                }
                 let ladder: f64 = left.iter().sum();
                 let samples = f64::from(self.table.converged_samples);
                 let each = |tile: usize, tiles: usize| {
@@ -159,6 +165,19 @@ impl<'a> Study<'a> {
             cancel: Some(cancel),
             ..Execution::default()
         }
+    }
+
+    /// How many samples of the converged picture a quick study has time for.
+    fn affordable(&self, cancel: &AtomicBool) -> Result<u32> {
+        let few = Step { way: UNIFORM.to_owned(), setting: Setting::Samples(16) };
+        let mut seconds = f64::INFINITY;
+        // Twice: memory is touched first by the first.
+        for _ in 0..2 {
+            let start = Instant::now();
+            self.draw(&few, cancel)?;
+            seconds = seconds.min(start.elapsed().as_secs_f64());
+        }
+        Ok(most_converged(seconds / 16.0))
     }
 
     /// The converged picture, of other samples than any that is measured.
@@ -233,6 +252,17 @@ impl<'a> Study<'a> {
     }
 }
 
+/// The most samples of a quick study's converged picture that are done in time, where one takes so long.
+fn most_converged(each: f64) -> u32 {
+    let is_in_time = |samples: &u32| f64::from(*samples) * each <= QUICK_CONVERGING_SECONDS;
+    QUICK_TRUTHS.into_iter().find(is_in_time).unwrap_or(QUICK_TRUTHS[2])
+}
+
+/// Whether a study's converged picture may have so many samples.
+pub(super) fn converges_by(quick: bool, samples: u32) -> bool {
+    if quick { QUICK_TRUTHS.contains(&samples) } else { samples == TRUTH }
+}
+
 /// How long a step takes, in samples that take as long as those of the converged picture: a guess before it is measured.
 fn work(step: &Step) -> f64 {
     match step.setting {
@@ -255,4 +285,15 @@ fn stopped(error: Error, remedy: impl Into<String>) -> Error {
 /// For a study of nothing.
 pub(super) fn nothing() -> Error {
     Error::invalid("nothing was measured")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dear_scene_has_fewer_samples_in_its_quick_converged_picture() {
+        assert_eq!([0.001, 0.003, 0.008, 1.0].map(most_converged), [2048, 1024, 512, 512]);
+        assert!(converges_by(true, 512) && !converges_by(true, 0) && !converges_by(false, 512));
+    }
 }
