@@ -240,9 +240,9 @@ impl<'a> Frame<'a> {
         self.optics.film_plane().e.abs() * farthest / (nearest * nearest) / self.pixel
     }
 
-    /// Whether no lens point sees any of a polygon on this side of one of the sides of the film and what lies around it. (Of a tilted lens much is before it, and
-    /// beside or behind what the film can see.) Images are affine in the lens point, so the most over the lens's disk is that of an
-    /// affine function; and convex in the place, so corners tell of all between them.
+    /// Whether no lens point sees any of a polygon on this side of one of the sides of the film and what lies around it. (Of a
+    /// tilted lens much is before it, and beside or behind what the film can see.) Images are affine in the lens point, so the
+    /// most over the lens's disk is that of an affine function; and convex in the place, so corners tell of all between them.
     fn is_beside(&self, polygon: &[DVec3]) -> bool {
         let image = |point: DVec3, u: f64, v: f64| {
             let lens = self.optics.lens_point(u, v) * self.optics.aperture_radius();
@@ -278,20 +278,21 @@ impl<'a> Frame<'a> {
 /// Lens points, in aperture radii, from which a triangle is looked at that the middle does not see as a whole. Neighbours are about half
 /// a radius apart and look [`MARGIN`] beyond the film: only what is blurred over more than three sides of the film may lie between them.
 const LENS: [[f64; 2]; 12] = {
-    let (half, rim, low, high) = (0.5, 1.0, 0.382_683_432_365_089_8, 0.923_879_532_511_286_7);
+    // Four at half the radius; eight on the rim, at odd multiples of 22.5 degrees.
+    let (half, low, high) = (0.5, 0.382_683_432_365_089_8, 0.923_879_532_511_286_7);
     [
         [half, 0.0],
         [-half, 0.0],
         [0.0, half],
         [0.0, -half],
-        [rim * high, rim * low],
-        [rim * low, rim * high],
-        [-rim * low, rim * high],
-        [-rim * high, rim * low],
-        [-rim * high, -rim * low],
-        [-rim * low, -rim * high],
-        [rim * low, -rim * high],
-        [rim * high, -rim * low],
+        [high, low],
+        [low, high],
+        [-low, high],
+        [-high, low],
+        [-high, -low],
+        [-low, -high],
+        [low, -high],
+        [high, -low],
     ]
 };
 
