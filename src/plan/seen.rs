@@ -212,8 +212,7 @@ impl<'a> Frame<'a> {
         let mut found = self.seen_from(before.clone(), DVec3::ZERO);
         if found != before {
             for lens in LENS {
-                let lens = self.optics.lens_point(lens[0], lens[1]) * self.optics.aperture_radius();
-                found.extend(self.seen_from(before.clone(), lens));
+                found.extend(self.seen_from(before.clone(), self.lens(lens)));
             }
         }
         found
@@ -244,32 +243,30 @@ impl<'a> Frame<'a> {
     /// tilted lens much is before it, and beside or behind what the film can see.) Images are affine in the lens point, so the
     /// most over the lens's disk is that of an affine function; and convex in the place, so corners tell of all between them.
     fn is_beside(&self, polygon: &[DVec3]) -> bool {
-        let image = |point: DVec3, u: f64, v: f64| {
-            let lens = self.optics.lens_point(u, v) * self.optics.aperture_radius();
-            self.optics.film_image(lens, point)
+        let lens = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|at| self.lens(at));
+        let images: Vec<_> =
+            polygon.iter().map(|&p| lens.map(|lens| self.optics.film_image(lens, p))).collect();
+        let most = |side: DVec3, [middle, u, v]: [DVec3; 3]| {
+            side.dot(middle) + libm::hypot(side.dot(u - middle), side.dot(v - middle))
         };
-        let images = polygon.iter().map(|&p| (image(p, 0.0, 0.0), image(p, 1.0, 0.0), image(p, 0.0, 1.0)));
-        let images: Vec<_> = images.map(|(middle, u, v)| (middle, u - middle, v - middle)).collect();
+        let mut sides = self.sides().into_iter().chain([DVec3::Z]);
+        sides.any(|side| images.iter().all(|&images| most(side, images) <= 0.0))
+    }
+
+    /// A lens point in lens space, from aperture radii.
+    fn lens(&self, [u, v]: [f64; 2]) -> DVec3 {
+        self.optics.lens_point(u, v) * self.optics.aperture_radius()
+    }
+
+    /// What is positive of a homogeneous film point within each side of the film and what lies around it.
+    fn sides(&self) -> [DVec3; 4] {
         let [x, y] = self.half.map(|half| MARGIN * half);
-        let sides = [
-            DVec3::Z,
-            DVec3::new(1.0, 0.0, x),
-            DVec3::new(-1.0, 0.0, x),
-            DVec3::new(0.0, 1.0, y),
-            DVec3::new(0.0, -1.0, y),
-        ];
-        sides.into_iter().any(|side| {
-            images
-                .iter()
-                .all(|(middle, u, v)| side.dot(*middle) + libm::hypot(side.dot(*u), side.dot(*v)) <= 0.0)
-        })
+        [[1.0, 0.0, x], [-1.0, 0.0, x], [0.0, 1.0, y], [0.0, -1.0, y]].map(DVec3::from)
     }
 
     /// The part of a polygon whose image from a lens point lies on the film or around it.
     fn seen_from(&self, polygon: Vec<DVec3>, lens: DVec3) -> Vec<DVec3> {
-        let [x, y] = self.half.map(|half| MARGIN * half);
-        let sides = [[1.0, 0.0, x], [-1.0, 0.0, x], [0.0, 1.0, y], [0.0, -1.0, y]].map(DVec3::from);
-        sides
+        self.sides()
             .into_iter()
             .fold(polygon, |polygon, side| clip(polygon, |p| side.dot(self.optics.film_image(lens, p))))
     }
