@@ -11,7 +11,7 @@ use groundglass::picture::Allocation;
 use groundglass::render::{Execution, render, replay};
 use groundglass::scene::{Budget, Files, Memory, Scene, Surfaces, parse};
 use groundglass::{ErrorKind, Exposure};
-use program::{CAMERA, TRIANGLE, run};
+use program::{CAMERA, folder, run};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
@@ -388,11 +388,9 @@ fn a_light_adds_no_more_than_there_is_room_for() {
 
 #[test]
 fn on_the_command_line() {
-    let keep = tempfile::tempdir().unwrap();
-    let folder = keep.path();
     let text = format!("{CAMERA}[render]\nwidth = 64\n[[mesh]]\npath = \"t.obj\"\n");
-    std::fs::write(folder.join("scene.toml"), &text).unwrap();
-    std::fs::write(folder.join("t.obj"), TRIANGLE).unwrap();
+    let (_keep, folder) = folder(&text);
+    let folder = folder.as_path();
     let stats = || -> serde_json::Value {
         serde_json::from_slice(&std::fs::read(folder.join("s.json")).unwrap()).unwrap()
     };
@@ -454,12 +452,9 @@ fn on_the_command_line() {
 /// As PNG the errors are brightened, and the file says by how much.
 #[test]
 fn a_map_of_errors_tells_by_how_much_it_is_brightened() {
-    let keep = tempfile::tempdir().unwrap();
-    let folder = keep.path();
     // A flat triangle whose edges lie across the picture: errors there, and none elsewhere.
-    let text = format!("{CAMERA}[render]\nwidth = 64\n[[mesh]]\npath = \"t.obj\"\n");
-    std::fs::write(folder.join("scene.toml"), &text).unwrap();
-    std::fs::write(folder.join("t.obj"), TRIANGLE).unwrap();
+    let (_keep, folder) = folder(&format!("{CAMERA}[render]\nwidth = 64\n[[mesh]]\npath = \"t.obj\"\n"));
+    let folder = folder.as_path();
     for map in ["e.png", "e.exr"] {
         let words = ["render", "scene.toml", "-o", "a.png", "--samples", "16", "--error-map", map];
         run(folder, &words).expect(0, &[]);
