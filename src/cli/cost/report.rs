@@ -69,7 +69,7 @@ fn rows<'a>(study: &'a Study<'_>, way: &str) -> Vec<&'a Measured> {
 
 /// How error and time go on beyond the ladder of uniform samples, from its last two steps: the error as a power of the number of
 /// samples, the time as what any picture takes and so much for each sample.
-pub(super) struct Trend {
+struct Trend {
     /// The error falls as `samples^-power`.
     power: f64,
     samples: f64,
@@ -81,7 +81,7 @@ pub(super) struct Trend {
 
 impl Trend {
     /// None where more samples took no more time, or made the error hardly smaller.
-    pub(super) fn of(before: &Measured, last: &Measured) -> Option<Self> {
+    fn of(before: &Measured, last: &Measured) -> Option<Self> {
         let power = libm::log(before.true_rms / last.true_rms) / libm::log(last.samples / before.samples);
         let each = (last.ratio - before.ratio) / (last.samples - before.samples);
         // More than in proportion is chance, or memory.
@@ -92,7 +92,7 @@ impl Trend {
     }
 
     /// What a picture with this error takes, as a ratio.
-    pub(super) fn ratio_of(&self, error: f64) -> f64 {
+    fn ratio_of(&self, error: f64) -> f64 {
         self.fixed + self.each * self.samples * libm::pow(self.error / error, 1.0 / self.power)
     }
 }
