@@ -175,7 +175,8 @@ fn the_sky_gets_the_fewest_samples_whatever_others_begin_with() {
     let mean = picture.samples().mean();
     println!("begun with {begun}, {:?}, {mean:.1}", picture.samples().range());
     // The top of the picture is sky.
-    assert!(begun >= 64 && (0..40).all(|x| samples.get(x, 0) == 16), "{begun}");
+    assert!(begun >= 64 && (0..40).all(|x| samples.get(x, 0) <= 16), "{begun}");
+    assert_eq!(picture.samples().range().0, 2);
     assert!(mean < 0.5 * 256.0 && picture.rms_error() <= uniform.rms_error(), "{mean}");
     let (again, _) = replay(&scene, picture.samples(), Execution::default()).unwrap();
     assert!(bits(&picture) == bits(&again) && picture.rms_error() == again.rms_error());

@@ -27,7 +27,7 @@ pub struct BlockSamples {
 
 impl BlockSamples {
     /// For a picture of `width` x `height` pixels, none so far; the first `base` of a pixel are drawn at once, but
-    /// [`runs::FIRST_RUN`] where a block shows nothing but the sky.
+    /// [`runs::FIRST_RUN`] or one of [`runs::SKY_RUNS`] where a block shows nothing but the sky.
     pub(crate) fn new(width: u32, height: u32, base: u32) -> Self {
         let count = width.div_ceil(BLOCK) as usize * height.div_ceil(BLOCK) as usize;
         Self { width, height, base, samples: vec![0; count] }
@@ -102,9 +102,7 @@ impl BlockSamples {
         found.samples.clear();
         for word in text.split_whitespace() {
             let parts = word.split_once('x').and_then(|(n, k)| Some((n.parse().ok()?, k.parse().ok()?)));
-            let Some((count, samples)) =
-                parts.filter(|&(_, k): &(usize, u32)| k >= runs::FIRST_RUN && runs::is_reached(k))
-            else {
+            let Some((count, samples)) = parts.filter(|&(_, k): &(usize, u32)| runs::is_of_block(k)) else {
                 return Err(Error::invalid(format!("`{word}` is no number of blocks with their samples")));
             };
             if count > wanted - found.samples.len() {

@@ -16,7 +16,7 @@ use super::progressive::Progressive;
 use super::{Counts, Execution, replay};
 use crate::error::{Error, Result};
 use crate::picture::{Allocation, BlockSamples, Exposure};
-use crate::sampling::runs::FIRST_RUN;
+use crate::sampling::runs::{FIRST_RUN, SKY_RUN};
 use crate::scene::Scene;
 
 /// The most samples of a pixel on the way to an error: sixty-four times the usual number takes an eighth or less of its
@@ -135,7 +135,9 @@ impl<'a> Picture<'a> {
         let mut progressive = Progressive::new(self, execution, counts)?;
         let wanted = progressive.by_block(|x, y| samples.get(x, y));
         progressive.clear(samples.base());
-        if wanted.iter().zip(progressive.first_samples()).any(|(&wanted, first)| wanted < first) {
+        let least =
+            progressive.by_block(|x, y| if progressive.covered.has(x, y) { samples.base() } else { SKY_RUN });
+        if wanted.iter().zip(least).any(|(&wanted, least)| wanted < least) {
             return Err(Error::invalid(format!(
                 "gives less than {} samples to pixels that show more than the sky",
                 samples.base()

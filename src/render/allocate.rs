@@ -168,10 +168,11 @@ struct Key {
 }
 
 impl Levels {
-    /// 16 at least.
+    /// 16 at least, but for the sky.
     pub(super) fn new(most: u32, fall: f64) -> Self {
-        let reached = Run::between(0, most).map(Run::end).take_while(|&end| end <= most);
-        let samples: Vec<u32> = reached.chain((most < runs::FIRST_RUN).then_some(runs::FIRST_RUN)).collect();
+        let reached = Run::between(0, most.max(runs::FIRST_RUN)).map(Run::end);
+        let reached = reached.take_while(|&end| end <= most.max(runs::FIRST_RUN));
+        let samples: Vec<u32> = runs::SKY_RUNS.into_iter().chain(reached).collect();
         let powers = samples.iter().map(|&n| libm::pow(f64::from(n), -fall)).collect();
         let power = 1.0 + fall;
         let nearer = |two: &[u32]| libm::pow(f64::from(two[0]) * f64::from(two[1]), 0.5 * power);
@@ -327,7 +328,7 @@ mod tests {
     #[test]
     fn the_nearest_number_is_nearest_by_ratio() {
         let levels = Levels::new(runs::MOST_SAMPLES, 1.5);
-        let key = Key { weight: 1.0, at_one: 1.0, now: 0 };
+        let key = Key { weight: 1.0, at_one: 1.0, now: levels.level(16) };
         let found = [0.0, 22.0, 23.0, 78.0, 79.0, 1e9]
             .map(|share| levels.samples[levels.wanted(&key, libm::pow(share, levels.power))]);
         assert_eq!(found, [16, 16, 32, 64, 64, runs::MOST_SAMPLES]);

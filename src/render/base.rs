@@ -51,7 +51,7 @@ pub(super) fn base(seen: &Seen, goal: Goal, fall: f64, most: u32, entries_per_pi
         let error: f64 = all.iter().map(|block| block.error).sum();
         let work = first_work(blocks.iter().copied(), base);
         // What shows nothing but the sky has the fewest in any case.
-        let samples = f64::from(base) * pixels + f64::from(runs::FIRST_RUN) * (seen.pixels() - pixels);
+        let samples = f64::from(base) * pixels + f64::from(runs::SKY_RUN) * (seen.pixels() - pixels);
         // Samples, work and error of what comes after.
         let more = |goal: Goal| {
             let errors = errors.iter().map(|error| error * falls).collect();

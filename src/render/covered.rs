@@ -3,13 +3,13 @@
 //! In: triangles in bins ([`crate::raster::bin`]). Out: for each tile its blocks that the pixels of any triangle reach, for
 //! [`super::progressive`]. The sky changes so little in a pixel that the fewest samples are enough for it, however many all others
 //! begin with. (A table top far away, 320 pixels wide, of which nine tenths are sky, took 1.8 times the samples of a perfect
-//! allocation.)
+//! allocation. That of the error of 64 samples took 3.2 times as many while the sky began with 16, lamps at night 8.8 times.)
 
 use super::kept::Blocks;
 use super::picture::Picture;
 use super::resolve::{BLOCKS, ByBlock};
 use crate::picture::BLOCK;
-use crate::sampling::runs::FIRST_RUN;
+use crate::sampling::runs::{FIRST_RUN, SKY_RUN};
 use rayon::prelude::*;
 
 /// The blocks of a picture that may show more than the sky.
@@ -46,7 +46,8 @@ impl Covered {
 
     /// How many samples that block begins with, where those of the picture begin with `base`.
     pub(super) fn first(&self, x: u32, y: u32, base: u32) -> u32 {
-        begins_with(self.has(x, y), base)
+        let covered = self.of_tile((x / BLOCKS, y / BLOCKS));
+        begins_with(covered, (y % BLOCKS * BLOCKS + x % BLOCKS) as usize, base)
     }
 }
 
@@ -57,11 +58,18 @@ pub(super) fn is_covered(covered: Blocks, block: usize) -> bool {
 
 /// How many samples the blocks of a tile begin with, where those of a picture begin with `base`.
 pub(super) fn first_samples(covered: Blocks, base: u32) -> ByBlock<u32> {
-    std::array::from_fn(|block| begins_with(is_covered(covered, block), base))
+    std::array::from_fn(|block| begins_with(covered, block, base))
 }
 
-fn begins_with(is_covered: bool, base: u32) -> u32 {
-    if is_covered { base } else { FIRST_RUN }
+/// The sky with as few as there may be, but beside what begins with [`FIRST_RUN`]: there a run of its own would take longer than it saves.
+fn begins_with(covered: Blocks, block: usize, base: u32) -> u32 {
+    if is_covered(covered, block) {
+        base
+    } else if covered == 0 || base > FIRST_RUN {
+        SKY_RUN
+    } else {
+        FIRST_RUN
+    }
 }
 
 /// Numbers of a tile's blocks, of which each that shows nothing but the sky gives its own to those beside it that show more.
@@ -100,9 +108,16 @@ mod tests {
         (wanted[1], wanted[14]) = (3.0, 24.0);
         assert_eq!(moved_to_covered(covered, numbers), wanted);
         assert_eq!(moved_to_covered(Blocks::MAX, numbers), numbers);
-        assert_eq!(
-            first_samples(covered, 64).map(|n| n == 64),
-            std::array::from_fn(|i| is_covered(covered, i))
-        );
+    }
+
+    #[test]
+    fn the_sky_begins_with_two_samples_where_that_takes_no_longer() {
+        let covered = 1 << 1 | 0b11 << 14;
+        let with = |covered, sky, others| {
+            std::array::from_fn(|block| if is_covered(covered, block) { others } else { sky })
+        };
+        assert_eq!(first_samples(covered, 64), with(covered, 2, 64));
+        assert_eq!(first_samples(covered, 16), [16; 16]);
+        assert_eq!(first_samples(0, 16), [2; 16]);
     }
 }

@@ -15,7 +15,8 @@ use super::progressive::EdgesErr;
 use super::resolve::{BLOCKS, ByBlock, Sum};
 use super::stages::Stopwatch;
 use crate::picture::BLOCK;
-use crate::sampling::runs::Run;
+use crate::sampling::runs::{FIRST_RUN, Run};
+use std::collections::BTreeSet;
 
 /// A tile that is taken on.
 pub(super) struct TileRound<'a> {
@@ -256,17 +257,23 @@ impl<'a> TileRound<'a> {
 }
 
 /// The runs that lead each block of a tile from `now` to `then` samples, of which the first has as many as in `first`, each with the
-/// regions that take part.
-fn steps(first: &ByBlock<u32>, now: ByBlock<u32>, then: ByBlock<u32>) -> Vec<Step> {
+/// regions that take part. Of the sky, fewer than [`FIRST_RUN`] are no part of more.
+fn steps(first: &ByBlock<u32>, mut now: ByBlock<u32>, then: ByBlock<u32>) -> Vec<Step> {
+    let mut first = *first;
+    for ((first, now), then) in
+        first.iter_mut().zip(&mut now).zip(then).filter(|((_, now), then)| **now < *then)
+    {
+        *now = if *now < FIRST_RUN { 0 } else { *now };
+        *first = if then < FIRST_RUN { then } else { (*first).max(FIRST_RUN) };
+    }
     let going = || (0..now.len()).filter(|&block| now[block] < then[block]);
-    let from = going().map(|block| now[block].max(first[block])).min().unwrap_or(0);
-    let to = going().map(|block| then[block]).max().unwrap_or(0);
-    // Two numbers at most: see [`super::covered`].
-    let counts = going().filter(|&block| now[block] == 0).map(|block| first[block]);
-    let counts = counts.clone().min().into_iter().chain(counts.max());
-    let mut runs: Vec<Run> = counts.map(|count| Run { first: 0, count }).collect();
-    runs.dedup();
-    runs.into_iter()
+    let on = || going().filter(|&block| first[block] < then[block]);
+    let from = on().map(|block| now[block].max(first[block])).min().unwrap_or(0);
+    let to = on().map(|block| then[block]).max().unwrap_or(0);
+    let counts: BTreeSet<u32> = going().filter(|&block| now[block] == 0).map(|block| first[block]).collect();
+    counts
+        .into_iter()
+        .map(|count| Run { first: 0, count })
         .chain(Run::between(from, to))
         .map(|run| {
             let takes_part = |&block: &usize| match run.first {
@@ -284,4 +291,38 @@ fn steps(first: &ByBlock<u32>, now: ByBlock<u32>, then: ByBlock<u32>) -> Vec<Ste
 fn regions(block: usize) -> u64 {
     let (column, row) = (block as u32 % BLOCKS * 2, block as u32 / BLOCKS * 2);
     0b11 << (8 * row + column) | 0b11 << (8 * (row + 1) + column)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_lead_each_block_to_exactly_what_it_is_to_have() {
+        // What blocks begin with, have, and are to have: the first four show nothing but the sky.
+        let of = |numbers: [u32; 8]| std::array::from_fn(|block| numbers[block % 8]);
+        let (first, now) = (of([2, 2, 2, 2, 64, 64, 64, 64]), of([0, 2, 2, 16, 0, 64, 64, 192]));
+        for then in [
+            [2, 8, 16, 64, 64, 64, 128, 192],
+            [8, 4, 192, 16, 256, 128, 64, 256],
+            [2, 2, 2, 16, 64, 64, 64, 192],
+        ] {
+            let then = of(then);
+            let steps = steps(&first, now, then);
+            for block in 0..8 {
+                let its = steps.iter().filter(|step| step.wanted & regions(block) == regions(block));
+                let mut reached = now[block];
+                for step in its {
+                    // From the start, or on from what there is.
+                    assert!(
+                        step.run.first == 0 || step.run.first == reached,
+                        "{then:?}: {block}, {:?}",
+                        step.run
+                    );
+                    reached = step.run.end();
+                }
+                assert_eq!(reached, then[block], "{then:?}: {block}");
+            }
+        }
+    }
 }

@@ -15,6 +15,13 @@ pub struct Run {
 /// The first run: fewer samples cost hardly less, since 16 are drawn at once.
 pub const FIRST_RUN: u32 = 16;
 
+/// The fewest samples of what shows nothing but the sky: they have two halves, by which the error is known.
+pub const SKY_RUN: u32 = 2;
+
+/// The only runs of what shows nothing but the sky, where so few are enough. None goes on from them: of 16 samples, all are drawn as
+/// everywhere else.
+pub const SKY_RUNS: [u32; 3] = [SKY_RUN, 4, 8];
+
 /// The most samples that runs lead to.
 pub const MOST_SAMPLES: u32 = 1 << 20;
 
@@ -55,6 +62,11 @@ pub fn is_reached(samples: u32) -> bool {
     samples <= MOST_SAMPLES && Run::between(0, samples).last().is_none_or(|run| run.end() == samples)
 }
 
+/// Whether a block may have exactly this many.
+pub fn is_of_block(samples: u32) -> bool {
+    SKY_RUNS.contains(&samples) || (samples > 0 && is_reached(samples))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -69,5 +81,8 @@ mod tests {
         assert_eq!(Run::between(0, MOST_SAMPLES).last().map(Run::end), Some(MOST_SAMPLES));
         assert_eq!(Run::between(0, u32::MAX).last().map(Run::end), Some(u32::MAX));
         assert!(is_reached(0) && is_reached(192) && !is_reached(96) && !is_reached(MOST_SAMPLES + 1));
+        assert!(
+            [2, 4, 8, 16, 192].into_iter().all(is_of_block) && ![0, 1, 3, 96].into_iter().any(is_of_block)
+        );
     }
 }
