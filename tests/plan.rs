@@ -7,11 +7,11 @@ mod program;
 use common::gap;
 use common::scenes::{ALIGNED, Random, Setting, camera, plain, quad, scene, yard};
 use glam::DVec3;
-use groundglass::Exposure;
 use groundglass::plan::RenderPlan;
 use groundglass::quantity::{Angle, Length};
 use groundglass::render::{Execution, render};
 use groundglass::scene::{Blades, Budget, EffectChoice, EffectName, Scene, Surfaces};
+use groundglass::{Camera, Exposure, FilmSize, Optics};
 use program::{CAMERA, SMALL, folder, run};
 
 fn at(f_number: f64, seed: u64, tilt: f64) -> Scene {
@@ -262,7 +262,7 @@ fn what_a_tilted_lens_has_behind_the_film_is_not_blur_in_view() {
     for (tilt, swing) in [(3.0, 0.0), (12.0, 0.0), (30.0, 0.0), (0.0, -20.0), (15.0, 10.0)] {
         let setting = Setting { front: [tilt, swing], f_number: 4.0, ..ALIGNED };
         let camera = camera(DVec3::new(0.0, 1.5, 0.0), DVec3::new(0.0, 1.5, -1.0), 150.0, setting);
-        let optics = groundglass::optics::Optics::new(&camera).unwrap();
+        let optics = Optics::new(&camera).unwrap();
         let focus = optics.focus_plane();
         let across = focus.m.normalize().any_orthonormal_vector();
         let along = focus.m.normalize().cross(across);
@@ -304,7 +304,7 @@ fn what_only_the_rim_of_the_lens_sees_is_in_view() {
     ] {
         let setting = Setting { front: [tilt, 0.0], f_number, stretch: 1.03, ..ALIGNED };
         let camera = camera(DVec3::ZERO, DVec3::NEG_Z, 150.0, setting);
-        let optics = groundglass::optics::Optics::new(&camera).unwrap();
+        let optics = Optics::new(&camera).unwrap();
         let focus = optics.focus_plane();
         let across = focus.m.normalize().any_orthonormal_vector();
         let along = focus.m.normalize().cross(across);
@@ -428,6 +428,104 @@ fn what_nothing_shades_has_no_shadows() {
         // But for rounding.
         assert!(is_in[0] || change < 1e-6, "{change}: {:?}", plan.effects());
     }
+}
+
+/// Small effects are hidden by others, if these are drawn.
+#[test]
+fn what_is_left_out_by_name_hides_nothing() {
+    use EffectName::{Antialiasing, ApertureShape, Defocus, Diffraction, SoftShadows};
+    let is_in = |scene: &Scene, effect: EffectName| {
+        let plan = RenderPlan::new(scene);
+        assert_eq!(render(scene, Execution::default()).unwrap().1.left_out, plan.left_out());
+        plan.active().has(effect)
+    };
+    for effect in [Defocus, ApertureShape, SoftShadows, Diffraction] {
+        let small = (0..60).map(|step| with_small(effect, step, 1));
+        let mut scene = small.into_iter().find(|scene| !RenderPlan::new(scene).active().has(effect)).unwrap();
+        assert!(!is_in(&scene, effect), "{effect}");
+        scene.render.effects.without = [Antialiasing].into_iter().collect();
+        assert!(is_in(&scene, effect), "{effect}: {:?}", RenderPlan::new(&scene).effects());
+    }
+    // A ring of 1.2 pixels under a blur of hundreds.
+    let setting = Setting { f_number: 16.0, stretch: 1.3, ..ALIGNED };
+    let camera = camera(DVec3::new(0.3, 1.2, 2.5), DVec3::new(0.0, 0.9, -3.0), 150.0, setting);
+    let mut surfaces = yard(&mut Random(1), 60);
+    surfaces.find_patches();
+    let mut blurred = scene(&camera, surfaces, 480, 4);
+    blurred.optics = Optics::new(&Camera {
+        film: FilmSize { width: Length::millimetres(9.0), height: Length::millimetres(7.2) },
+        ..camera
+    })
+    .unwrap();
+    blurred.render.diffraction = true;
+    assert!(!is_in(&blurred, Diffraction));
+    blurred.render.effects.without = [Defocus].into_iter().collect();
+    assert!(is_in(&blurred, Diffraction), "{:?}", RenderPlan::new(&blurred).effects());
+}
+
+#[test]
+fn blur_is_measured_by_the_shorter_side_of_a_pixel() {
+    let small = (0..60).map(|step| with_small(EffectName::Defocus, step, 1));
+    let is_in = |scene: &Scene| RenderPlan::new(scene).active().has(EffectName::Defocus);
+    let mut scene = small.into_iter().find(|scene| !is_in(scene)).unwrap();
+    scene.render.height *= 10;
+    assert!(is_in(&scene), "{:?}", RenderPlan::new(&scene).effects()[0]);
+}
+
+/// A lamp beside the film, farther than half of its width, of which diffraction sends light all over the picture.
+#[test]
+fn a_lamp_that_only_diffraction_brings_in_is_seen() {
+    let camera = camera(DVec3::ZERO, DVec3::NEG_Z, 150.0, Setting { f_number: 90.0, ..ALIGNED });
+    let film = [6.0, 4.8].map(Length::millimetres);
+    let camera = Camera { film: FilmSize { width: film[0], height: film[1] }, ..camera };
+    let at = |millimetres: f64| {
+        let mut lamp = plain([0.0; 3]);
+        lamp.emission = [2000.0; 3];
+        let mut surfaces = Surfaces { materials: vec![lamp], ..Surfaces::default() };
+        let away = camera.extension.as_metres();
+        let corner = |x: f64, y: f64| DVec3::new((millimetres + x) * 1e-3, y * 1e-3, -away) * (5.0 / away);
+        quad(
+            &mut surfaces,
+            [corner(0.0, -1.0), corner(0.6, -1.0), corner(0.6, 1.0), corner(0.0, 1.0)],
+            1.0,
+            0,
+        );
+        let mut scene = scene(&camera, surfaces, 40, 1024);
+        (scene.sun, scene.sky.ambient, scene.sky.zenith, scene.sky.horizon) =
+            (None, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+        scene.render.diffraction = true;
+        scene
+    };
+    for (millimetres, is_in) in [(4.6, true), (30.0, false)] {
+        let mut scene = at(millimetres);
+        let plan = RenderPlan::new(&scene);
+        assert_eq!(plan.active().has(EffectName::Diffraction), is_in, "{:?}", plan.effects());
+        // Few samples go so far, and of so many all pixels have the same.
+        let has_light = (0..20).any(|seed| {
+            scene.render.seed = seed;
+            let picture = draw(&scene);
+            let mut places = (0..picture.height()).flat_map(|y| (0..picture.width()).map(move |x| (x, y)));
+            places.any(|(x, y)| picture.pixel(x, y)[0] > 0.0)
+        });
+        assert_eq!(has_light, is_in);
+    }
+}
+
+#[test]
+fn what_is_not_in_view_is_not_lit_by_a_wide_sun() {
+    let camera = camera(DVec3::new(0.0, 0.0, 10.0), DVec3::new(0.0, 0.0, 20.0), 150.0, ALIGNED);
+    let mut surfaces = Surfaces { materials: vec![plain([0.8; 3])], ..Surfaces::default() };
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    quad(&mut surfaces, corners.map(|(x, y)| DVec3::new(x, y, 0.0)), 1.0, 0);
+    surfaces.build_hierarchy();
+    let mut scene = scene(&camera, surfaces, 32, 16);
+    let sun = scene.sun.as_mut().unwrap();
+    (sun.toward, sun.shadows, sun.angular_diameter) = (DVec3::new(0.0, 0.1, 1.0), true, Angle::degrees(20.0));
+    let plan = RenderPlan::new(&scene);
+    for name in [EffectName::Shadows, EffectName::SoftShadows] {
+        assert!(!plan.active().has(name) && plan.left_out().has(name), "{:?}", plan.effects());
+    }
+    assert_eq!(render(&scene, Execution::default()).unwrap().1.left_out, plan.left_out());
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! Whether diffraction can be seen: its first dark ring against the pixel, the smallest blur in view and the brightest light.
 
 use super::asks;
-use super::light::brightest;
-use super::reason::{digits, pixels};
+use super::light::{FILM, brightest};
+use super::reason::{beside, digits, pixels};
 use super::small::View;
+use crate::sampling::Diffraction;
 use crate::scene::{EffectName, Scene};
 
 /// The first dark ring below this many pixels across is under the pixel's own filter: of a ring `D` pixels across, about
@@ -26,12 +27,14 @@ pub(super) fn reason(view: &View<'_>) -> (bool, String) {
         return (false, "0 triangles in view, threshold 1".into());
     }
     let ring = first_ring(scene);
-    let blur = seen.blur.map_or(0.0, |blur| blur[1]);
+    // A blur that is not drawn hides nothing.
+    let blur = seen.blur.filter(|_| view.has_lens()).map_or(0.0, |blur| blur[1]);
     // What a light sends far is seen if it is only bright enough.
     let light = view.light();
     let (threshold, under) = (threshold(view, light), view.scale * view.scale * AIRY_OF_BLUR / light);
     let because = format!(
-        "first dark ring {ring:.3} px across, threshold {} px and {} of the smallest blur in view, {}, for light up to {}",
+        "first dark ring {} px across, threshold {} px and {} of the smallest blur in view, {}, for light up to {}",
+        beside(ring, threshold),
         digits(threshold),
         digits(under),
         pixels(blur),
@@ -57,17 +60,33 @@ pub(super) fn is_in(view: &View<'_>) -> bool {
 /// How far the first dark ring of a disk is across, pixels: at the corners or the middle of the film, whichever is largest.
 fn first_ring(scene: &Scene) -> f64 {
     let film = scene.optics.camera().film;
+    let [x, y] = widest(scene);
+    let [width, height] = [scene.render.width, scene.render.height].map(f64::from);
+    2.0 * FIRST_DARK * (x * width / film.width.as_metres()).max(y * height / film.height.as_metres())
+}
+
+/// How far light is sent beyond the sides of the film at most, metres: 0 where there is no diffraction to be.
+pub(super) fn reach(scene: &Scene) -> [f64; 2] {
+    let name = EffectName::Diffraction;
+    if !asks(scene, name) || scene.render.effects.without.has(name) {
+        return [0.0; 2];
+    }
+    let pattern = Diffraction::reach_of(&scene.aperture_shape());
+    widest(scene).map(|unit| unit * pattern)
+}
+
+/// How far a frequency of one goes on the film, across and up, metres: at its corners or its middle, whichever is farthest.
+fn widest(scene: &Scene) -> [f64; 2] {
+    let film = scene.optics.camera().film;
     let (width, height) = (film.width.as_metres(), film.height.as_metres());
-    let pixels = [f64::from(scene.render.width) / width, f64::from(scene.render.height) / height];
-    let places = [(0.0, 0.0), (-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)];
     let of = |(x, y): (f64, f64)| {
         let film_from_k = scene.optics.diffraction_at(x * width, y * height);
-        (film_from_k.row(0).length() * pixels[0]).max(film_from_k.row(1).length() * pixels[1])
+        [film_from_k.row(0).length(), film_from_k.row(1).length()]
     };
-    2.0 * FIRST_DARK * places.into_iter().map(of).fold(0.0, f64::max)
+    FILM.map(of).into_iter().fold([0.0; 2], |most, of| [most[0].max(of[0]), most[1].max(of[1])])
 }
 
 /// The smallest ring that is seen with light of this brightness, pixels.
 fn threshold(view: &View<'_>, light: f64) -> f64 {
-    view.scale * view.scale * AIRY_PX / light
+    if view.has_filter() { view.scale * view.scale * AIRY_PX / light } else { 0.0 }
 }

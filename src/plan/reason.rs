@@ -42,7 +42,8 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
             (false, false, format!("a pinhole: largest blur 0 px, threshold {BLUR_PX} px"))
         }
         EffectName::Defocus => {
-            let (blur, threshold) = (pixels(view.blur()), digits(view.blur_threshold()));
+            let threshold = view.blur_threshold();
+            let (blur, threshold) = (pixels_beside(view.blur(), threshold), digits(threshold));
             let tilted = match lean(scene) {
                 0.0 => String::new(),
                 degrees => {
@@ -54,8 +55,9 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
                 (true, true) => because + ", and falloff and the sky show the lens",
                 (true, false) => because + ", and falloff shows the lens",
                 (false, true) => {
+                    let threshold = view.falloff_threshold();
                     let (most, threshold) =
-                        (digits(light::sky_over_lens(scene)), digits(view.falloff_threshold()));
+                        (beside(light::sky_over_lens(scene), threshold), digits(threshold));
                     format!("{because}; the sky changes by up to {most}, threshold {threshold}")
                 }
                 (false, false) => because,
@@ -97,9 +99,11 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
             let triangles = seen.triangles;
             (false, false, format!("sun.shadows = false; {triangles} triangles in view, threshold 1"))
         }
-        EffectName::Shadows if !view.has_sunlight() => {
-            (true, false, "no material gives sunlight back: it changes by 0, threshold above 0".into())
-        }
+        EffectName::Shadows | EffectName::SoftShadows if !view.has_sunlight() => (
+            asked,
+            false,
+            "no sunlight comes back from any material: it changes by 0, threshold above 0".into(),
+        ),
         EffectName::Shadows => {
             let triangles = seen.triangles;
             let because = format!("{triangles} triangles in view, threshold 1");
@@ -108,10 +112,11 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
             } else {
                 ""
             };
-            (true, triangles > 0 && is_seen, because + nothing)
+            (true, is_seen, because + nothing)
         }
         EffectName::SoftShadows => {
-            let (width, threshold) = (pixels(view.penumbra()), digits(view.penumbra_threshold()));
+            let threshold = view.penumbra_threshold();
+            let (width, threshold) = (pixels_beside(view.penumbra(), threshold), digits(threshold));
             let key = match asked {
                 true if scene.render.effects.without.has(EffectName::Shadows) => "--without shadows: ",
                 true => "",
@@ -125,7 +130,7 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
                 format!(
                     "{key}{sun}penumbra up to {width} square to the light, threshold {threshold} px; sunlight changes by up to {}, \
                      threshold {}",
-                    digits(light::softening(scene)),
+                    beside(light::softening(scene), view.falloff_threshold()),
                     digits(view.falloff_threshold())
                 ),
             )
@@ -135,8 +140,9 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
             Some(_) if !asked => (false, false, "a pinhole: 0 mm across has no shape".into()),
             Some(blades) => {
                 // Only diffraction shows the shape of a point.
-                let blur = pixels(if view.has_lens() { view.blur() } else { 0.0 });
-                let (count, threshold) = (blades.count, digits(view.shape_threshold()));
+                let (count, threshold) = (blades.count, view.shape_threshold());
+                let blur = pixels_beside(if view.has_lens() { view.blur() } else { 0.0 }, threshold);
+                let threshold = digits(threshold);
                 let key = if view.has_lens() { "" } else { "--without defocus: " };
                 let because =
                     by_light(format!("{key}{count} blades, largest blur {blur}, threshold {threshold} px"));
@@ -155,7 +161,8 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
             }
         },
         EffectName::Falloff => {
-            let (most, threshold) = (digits(light::largest_falloff(scene)), digits(view.falloff_threshold()));
+            let threshold = view.falloff_threshold();
+            let (most, threshold) = (beside(light::largest_falloff(scene), threshold), digits(threshold));
             let key = if asked { "light changes" } else { "render.falloff = false; light would change" };
             (asked, is_seen, format!("{key} by up to {most}, threshold {threshold}"))
         }
@@ -181,6 +188,21 @@ pub(super) fn pixels(number: f64) -> String {
     if number.is_finite() { format!("{} px", digits(number)) } else { "beyond measure".into() }
 }
 
+fn pixels_beside(number: f64, threshold: f64) -> String {
+    if number.is_finite() { format!("{} px", beside(number, threshold)) } else { pixels(number) }
+}
+
+/// As many digits as it takes to see on which side of a threshold a number is: those of [`digits`], or more.
+pub(super) fn beside(number: f64, threshold: f64) -> String {
+    let usual = digits(number);
+    if number == threshold || usual != digits(threshold) {
+        return usual;
+    }
+    let more = |places: usize| [number, threshold].map(|number| format!("{number:.places$}"));
+    let mut found = (2..=12).map(more).filter(|[number, threshold]| number != threshold);
+    found.next().map_or(usual, |[number, _]| number)
+}
+
 /// Two digits after the point, or as many as a small number needs to show two; of the smallest and the largest two in all.
 pub(super) fn digits(number: f64) -> String {
     match number {
@@ -188,5 +210,21 @@ pub(super) fn digits(number: f64) -> String {
         number if !(1e-6..1e5).contains(&number) => format!("{number:.1e}"),
         number if number < 0.1 => format!("{number:.*}", (1.0 - libm::floor(libm::log10(number))) as usize),
         number => format!("{number:.2}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_is_told_apart_from_its_threshold() {
+        let told = |number, threshold| (beside(number, threshold), digits(threshold));
+        assert_eq!(told(0.1196, 0.12), ("0.1196".into(), "0.12".into()));
+        assert_eq!(told(0.119, 0.12), ("0.119".into(), "0.12".into()));
+        assert_eq!(told(0.3, 0.12), ("0.30".into(), "0.12".into()));
+        assert_eq!(told(0.12, 0.12), ("0.12".into(), "0.12".into()));
+        assert_eq!(told(0.001_999, 0.002), ("0.001999".into(), "0.0020".into()));
+        assert_eq!(pixels_beside(f64::INFINITY, 0.12), "beyond measure");
     }
 }

@@ -1,6 +1,7 @@
 //! What a picture shows, as far as a plan must know: which materials, and how blurred. Bounds, found from corners of
 //! triangles without drawing: nothing that is seen is missed, some that is hidden is counted.
 
+use super::diffraction;
 use crate::optics::Optics;
 use crate::scene::{NONE, Scene, bounds};
 use glam::DVec3;
@@ -178,28 +179,36 @@ impl Light {
 
 /// How much larger than the film the part of a triangle's plane is that is looked at: blur and diffraction bring in what lies
 /// beside it.
-pub(super) const MARGIN: f64 = 1.5;
+const MARGIN: f64 = 1.5;
+
+/// How far from the middle of the film what is looked at may lie, across and up, metres.
+pub(super) fn around(scene: &Scene) -> [f64; 2] {
+    let film = scene.optics.camera().film;
+    let [x, y] = diffraction::reach(scene);
+    let of = |side: f64, reach: f64| (0.5 * MARGIN * side).max(0.5 * side + reach);
+    [of(film.width.as_metres(), x), of(film.height.as_metres(), y)]
+}
+
+/// The shorter side of a pixel, metres: a film may be as wide as it likes and its pixels as many.
+pub(super) fn pixel(scene: &Scene) -> f64 {
+    let (film, render) = (scene.optics.camera().film, &scene.render);
+    (film.width.as_metres() / f64::from(render.width)).min(film.height.as_metres() / f64::from(render.height))
+}
 
 /// The camera, for points in lens space.
 struct Frame<'a> {
     optics: &'a Optics,
     near: f64,
-    /// Half the film's sides, metres.
-    half: [f64; 2],
+    /// How far from the middle of the film what is looked at may lie.
+    around: [f64; 2],
+    /// The shorter side of a pixel, metres.
     pixel: f64,
 }
 
 impl<'a> Frame<'a> {
     fn new(scene: &'a Scene) -> Self {
         let optics = &scene.optics;
-        let film = optics.camera().film;
-        let (width, height) = (film.width.as_metres(), film.height.as_metres());
-        Self {
-            optics,
-            near: optics.camera().near.as_metres(),
-            half: [0.5 * width, 0.5 * height],
-            pixel: width / f64::from(scene.render.width),
-        }
+        Self { optics, near: optics.camera().near.as_metres(), around: around(scene), pixel: pixel(scene) }
     }
 
     /// Corners of what is in view of a triangle: none where nothing is.
@@ -260,7 +269,7 @@ impl<'a> Frame<'a> {
 
     /// What is positive of a homogeneous film point within each side of the film and what lies around it.
     fn sides(&self) -> [DVec3; 4] {
-        let [x, y] = self.half.map(|half| MARGIN * half);
+        let [x, y] = self.around;
         [[1.0, 0.0, x], [-1.0, 0.0, x], [0.0, 1.0, y], [0.0, -1.0, y]].map(DVec3::from)
     }
 

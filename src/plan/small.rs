@@ -2,7 +2,7 @@
 //! without looking at more of the scene than it takes.
 
 use super::light::{self, brightest};
-use super::seen::{MARGIN, Seen};
+use super::seen::{Seen, around, pixel};
 use super::{TOLERANCE, asks, diffraction, tolerance};
 use crate::scene::{EffectName, Scene, bounds};
 use glam::DVec3;
@@ -62,9 +62,14 @@ impl<'a> View<'a> {
         self.seen().blur.map_or(0.0, |blur| blur[0])
     }
 
-    /// A length in pixels that is not seen, which light makes smaller than the usual one.
+    /// A length in pixels that is not seen, which light makes smaller than the usual one. 0 where pixels do not hide it: they are points.
     fn threshold(&self, usual: f64, light: f64) -> f64 {
-        self.scale * usual / light
+        if self.has_filter() { self.scale * usual / light } else { 0.0 }
+    }
+
+    /// Whether a pixel is the mean over its square.
+    pub(super) fn has_filter(&self) -> bool {
+        !self.scene.render.effects.without.has(EffectName::Antialiasing)
     }
 
     /// Whether a blur reaches its threshold. (What is in view is asked for only where the brightest light of the scene, in view or
@@ -89,14 +94,17 @@ impl<'a> View<'a> {
     /// The widest penumbra: the sun's disk over the longest way light can go between two surfaces, as large as it is drawn, in
     /// pixels. Measured square to the light: where that grazes a surface its penumbra is longer, and as much darker.
     pub(super) fn penumbra(&self) -> f64 {
-        self.sun() * self.seen().shadow
+        (self.sun() * self.seen().shadow).min(self.farthest_penumbra())
     }
 
     /// Whether the widest penumbra reaches its threshold.
     fn has_penumbra(&self) -> bool {
         match self.seen.get() {
             Some(_) => self.penumbra() >= self.penumbra_threshold(),
-            None => Seen::has_shadow_of(self.scene, self.penumbra_threshold() / self.sun()),
+            None => {
+                self.farthest_penumbra() >= self.penumbra_threshold()
+                    && Seen::has_shadow_of(self.scene, self.penumbra_threshold() / self.sun())
+            }
         }
     }
 
@@ -113,7 +121,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// No less than [`Self::penumbra`], without a look at each triangle: light that goes through all of the scene, to its point
+    /// A bound without a look at each triangle: light that goes through all of the scene, to its point
     /// nearest to the camera, drawn as large as at the film's corner.
     fn farthest_penumbra(&self) -> f64 {
         let (scene, optics) = (self.scene, &self.scene.optics);
@@ -122,14 +130,11 @@ impl<'a> View<'a> {
         let eye = optics.world_from_lens().point(DVec3::ZERO);
         let nearest = (eye.clamp(low.min(high), high.max(low)) - eye).length();
         let nearest = nearest.max(optics.camera().near.as_metres());
-        let film = optics.camera().film;
-        let (width, height) = (film.width.as_metres(), film.height.as_metres());
-        // As much more of the plane as is looked at.
-        let corners =
-            light::FILM.map(|(x, y)| optics.film_point(MARGIN * x * width, MARGIN * y * height).length());
+        // As much of the plane as is looked at.
+        let [right, up] = around(scene);
+        let corners = light::FILM.map(|(x, y)| optics.film_point(2.0 * x * right, 2.0 * y * up).length());
         let farthest = corners.into_iter().fold(0.0, f64::max);
-        let pixel = width / f64::from(scene.render.width);
-        let magnification = farthest * farthest / optics.film_plane().e.abs() / nearest / pixel;
+        let magnification = farthest * farthest / optics.film_plane().e.abs() / nearest / pixel(scene);
         self.sun() * extent * magnification
     }
 
@@ -175,11 +180,9 @@ impl<'a> View<'a> {
             }
             EffectName::Shadows => !self.has_sunlight() || !(self.has_shadow() || self.has_soft_light()),
             EffectName::SoftShadows => {
-                let has_penumbra =
-                    || self.farthest_penumbra() >= self.penumbra_threshold() && self.has_penumbra();
                 scene.render.effects.without.has(EffectName::Shadows)
                     || !self.has_sunlight()
-                    || !(self.has_soft_light() || has_penumbra())
+                    || !(self.has_soft_light() || self.has_penumbra())
             }
             EffectName::Falloff => light::largest_falloff(scene) < self.falloff_threshold(),
             EffectName::Diffraction => !diffraction::is_seen(self),
@@ -203,8 +206,8 @@ impl<'a> View<'a> {
         light::sky_over_lens(self.scene) >= self.falloff_threshold()
     }
 
-    /// Whether surfaces that nothing shades are lit otherwise by the sun's disk than by its middle.
+    /// Whether surfaces in view that nothing shades are lit otherwise by the sun's disk than by its middle.
     fn has_soft_light(&self) -> bool {
-        light::softening(self.scene) >= self.falloff_threshold()
+        light::softening(self.scene) >= self.falloff_threshold() && self.seen().triangles > 0
     }
 }

@@ -92,7 +92,7 @@ impl Diffraction {
     /// The pattern of an aperture. A polygon's takes about a tenth of a second to prepare, and some megabytes.
     pub fn new(shape: &ApertureShape) -> Self {
         let area = shape.area();
-        let step = perimeter(shape) / (PI * area * CUT_OFF) / STEPS as f64;
+        let step = Self::reach_of(shape) / STEPS as f64;
         // Parseval: the integral of the pattern, 1 at its middle, over all k.
         let all = TAU * TAU / area;
         match *shape {
@@ -127,6 +127,11 @@ impl Diffraction {
                 Self { step, radial, angular, copies, rotation, kept }
             }
         }
+    }
+
+    /// The cut-off of the pattern of an aperture: see [`Self::reach`].
+    pub fn reach_of(shape: &ApertureShape) -> f64 {
+        perimeter(shape) / (PI * shape.area() * CUT_OFF)
     }
 
     /// The cut-off: the largest `|k|`.
