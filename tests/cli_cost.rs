@@ -87,3 +87,42 @@ fn a_study_is_measured_written_and_taken_up_again() {
     let kept = names(&study.join("earlier-1"));
     assert!(kept.contains(&"cost.json".to_owned()) && kept.len() >= before.len() - 1, "{kept:?}");
 }
+
+/// A wall that is as bright as the sky: nothing to be wrong about.
+const PLAIN: &str = "[camera]\neye_m = [0, 0, 1]\nlook_at_m = [0, 0, 0]\nfocal_length_mm = 150\nfilm = \"4x5\"\nf_number = 8\n[focus]\n\
+                     distance_m = 1\n[sky]\nhorizon = [0.5, 0.5, 0.5]\nzenith = [0.5, 0.5, 0.5]\n[[mesh]]\npath = \"wall.obj\"\n";
+const WALL: &str = "mtllib wall.mtl\nusemtl grey\nv 5 -5 -1\nv 5 5 -1\nv 6 5 -1\nf 1 2 3\n";
+
+fn plain(folder: &Path, name: &str) {
+    fs::write(folder.join(name), PLAIN).unwrap();
+    fs::write(folder.join("wall.obj"), WALL).unwrap();
+    fs::write(folder.join("wall.mtl"), "newmtl grey\nKd 0.5 0.5 0.5\n").unwrap();
+}
+
+#[test]
+fn what_has_no_error_has_a_study_all_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    plain(folder.path(), "plain.toml");
+    let words = ["cost", "plain.toml", "--quick", "--width", "24", "-o", "study"];
+    let ended = finish(command(folder.path(), &words));
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert!(ended.out.contains("there is no error to pay for"), "{}", ended.out);
+    let study = folder.path().join("study");
+    let page = fs::read_to_string(study.join("cost.md")).unwrap();
+    assert!(!page.contains("cost.svg") && !study.join("cost.svg").exists(), "{page}");
+    assert!(study.join("optics.svg").exists() && page.contains("| uniform | N = 64 |"), "{page}");
+    // An error of nothing is no target.
+    assert!(!page.contains("| adaptive |"), "{page}");
+}
+
+#[test]
+fn a_study_leaves_what_it_reads_where_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    plain(folder.path(), "cost.toml");
+    let before = names(folder.path());
+    let ended = finish(command(folder.path(), &["cost", "cost.toml", "--quick", "--width", "24", "-o", "."]));
+    assert_eq!(ended.code, 2, "{}", ended.err);
+    assert!(ended.err.contains("cost.toml") && ended.err.contains("was read as input"), "{}", ended.err);
+    assert_eq!(names(folder.path()), before);
+    assert_eq!(fs::read_to_string(folder.path().join("cost.toml")).unwrap(), PLAIN);
+}

@@ -26,8 +26,7 @@ pub(super) fn crop_name(number: usize) -> String {
 }
 
 /// Draws the crops.
-pub(super) fn draw(study: &Study<'_>) -> Result<Vec<Crop>> {
-    let cancel = AtomicBool::new(false);
+pub(super) fn draw(study: &Study<'_>, cancel: &AtomicBool) -> Result<Vec<Crop>> {
     let Some(truth) = &study.truth else { return Err(nothing()) };
     let ways = [
         (UNIFORM, Setting::Samples(16), "Sobol, *N* = 16"),
@@ -42,7 +41,8 @@ pub(super) fn draw(study: &Study<'_>) -> Result<Vec<Crop>> {
     for (way, setting, name) in ways {
         // What the study has no row of, its scene has not.
         if study.find(way, &setting.name()).is_some() {
-            pictures.push((study.draw(&Step { way: way.to_owned(), setting }, &cancel)?, name));
+            study.unless_stopped(cancel)?;
+            pictures.push((study.draw(&Step { way: way.to_owned(), setting }, cancel)?, name));
         }
     }
     let Some((first, _)) = pictures.first() else { return Err(nothing()) };

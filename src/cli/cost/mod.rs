@@ -75,12 +75,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let study = interrupt::polled(|cancel| {
         let mut study = Study::open(&scene, &folder, limits, arguments.quick, input.read_paths());
         study.measure(cancel)?;
+        report::write(&study, &stem, &folder, cancel)?;
+        study.unless_stopped(cancel)?;
         Ok(study)
     })
     .map_err(|error: Error| match error.kind() {
         ErrorKind::Cancelled => error,
         _ => error.in_file(input.name()),
     })?;
-    report::write(&study, &stem, &folder)?;
     tell::print(&format!("{}\n{}\n", report::sentence(&study), folder.join("cost.md").display()))
 }

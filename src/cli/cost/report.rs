@@ -12,6 +12,7 @@ use groundglass::error::Result;
 use groundglass::scene::{Document, Memory};
 use std::fmt::Write as _;
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 /// The sequences that are compared, and what they are called.
 const SEQUENCES: [(&str, &str); 4] = [
@@ -33,13 +34,13 @@ pub(super) fn files() -> Vec<String> {
     charts.chain(crops).chain(rest).collect()
 }
 
-pub(super) fn write(study: &Study<'_>, stem: &str, folder: &Path) -> Result<()> {
+pub(super) fn write(study: &Study<'_>, stem: &str, folder: &Path, cancel: &AtomicBool) -> Result<()> {
     let text = |name: &str, text: &str| output::write_text(&folder.join(name), &study.read, text);
     text("cost.csv", &csv(study))?;
     let optics = answers::measure();
     text("optics.csv", &answers::csv(&optics))?;
     text("optics.json", &answers::json(&optics))?;
-    let crops = crops::draw(study)?;
+    let crops = crops::draw(study, cancel)?;
     let mut pictures = Memory::new();
     for (i, crop) in crops.iter().enumerate() {
         let (name, mut png) = (crop_name(i + 1), Vec::new());
@@ -49,9 +50,14 @@ pub(super) fn write(study: &Study<'_>, stem: &str, folder: &Path) -> Result<()> 
         })?;
         pictures = pictures.with(&name, png);
     }
-    let charts =
-        [chart(study, stem), slopes(study, stem), answers::chart(&optics), crops::figure(stem, &crops)];
+    let charts = [
+        chart(study, stem),
+        slopes(study, stem),
+        Some(answers::chart(&optics)),
+        Some(crops::figure(stem, &crops)),
+    ];
     for (name, toml) in CHARTS.into_iter().zip(&charts) {
+        let Some(toml) = toml else { continue };
         text(&format!("{name}.toml"), toml)?;
         let document = Document::from_bytes(toml.as_bytes(), &format!("{name}.toml"))?;
         let figure =
@@ -109,6 +115,12 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
             study.left
         );
     };
+    if last.true_rms == 0.0 {
+        return format!(
+            "A picture of {:.0} samples is the converged one: there is no error to pay for.",
+            last.samples
+        );
+    }
     let trend = Trend::of(before, last);
     let mut words = match &trend {
         Some(trend) => format!(
@@ -216,8 +228,13 @@ pub(super) fn quoted(text: &str) -> String {
     format!("\"{plain}\"")
 }
 
-/// The error, true and stated, against seconds.
-fn chart(study: &Study<'_>, stem: &str) -> String {
+/// Those with an error: another has no place on a logarithmic axis.
+fn wrong<'a>(study: &'a Study<'_>, way: &str) -> Vec<&'a Measured> {
+    rows(study, way).into_iter().filter(|row| row.true_rms > 0.0).collect()
+}
+
+/// The error, true and stated, against seconds; none where no picture has any.
+fn chart(study: &Study<'_>, stem: &str) -> Option<String> {
     let (table, title) = (&study.table, quoted(&format!("What accuracy costs: {stem}")));
     let mut text = format!(
         "# Made by `groundglass cost`: {} x {} pixels; times over that of {BASELINE} uniform samples drawn just before, in the seconds that those \
@@ -231,12 +248,14 @@ fn chart(study: &Study<'_>, stem: &str) -> String {
     // The machine is faster at one time than at another, above all where a study was taken up again: what each row takes over what was
     // drawn just before it, in the time that this took once. Bars are as wide as they were measured.
     let once = |row: &Measured| table.baseline_seconds.map_or(row.seconds, |baseline| row.ratio * baseline);
+    let mut is_drawn = false;
     let mut series = |name: &str, rows: &[&Measured], error: &dyn Fn(&Measured) -> f64, more: &str| {
         // A line goes from less time to more, whatever the samples.
         let mut rows = rows.to_vec();
         rows.sort_by(|a, b| once(a).total_cmp(&once(b)));
         let rows = rows.as_slice();
         if !rows.is_empty() {
+            is_drawn = true;
             let _ = write!(
                 text,
                 "\n[[series]]\nname = \"{name}\"\nx = {}\ny = {}\nx_low = {}\nx_high = {}\n{more}",
@@ -248,7 +267,7 @@ fn chart(study: &Study<'_>, stem: &str) -> String {
         }
     };
     for (way, stated) in [(UNIFORM, "uniform, stated"), (ADAPTIVE, "adaptive, stated"), (APPROXIMATION, "")] {
-        let rows = rows(study, way);
+        let rows = wrong(study, way);
         series(way, &rows, &|row| row.true_rms, if rows.len() > 1 { "" } else { "line = false\n" });
         let known: Vec<&Measured> =
             rows.into_iter().filter(|row| row.stated_rms.is_some_and(|error| error > 0.0)).collect();
@@ -256,19 +275,21 @@ fn chart(study: &Study<'_>, stem: &str) -> String {
             series(stated, &known, &|row| row.stated_rms.unwrap_or(1.0), "line = false\n");
         }
     }
-    text
+    is_drawn.then_some(text)
 }
 
-/// Error against the number of samples for the sequences.
-fn slopes(study: &Study<'_>, stem: &str) -> String {
+/// Error against the number of samples for the sequences; none where there is no error.
+fn slopes(study: &Study<'_>, stem: &str) -> Option<String> {
+    let mut is_drawn = false;
     let title = quoted(&format!("Sequences of samples: {stem}"));
     let mut text = format!(
         "# Made by `groundglass cost`.\nkind = \"plot\"\ntitle = {title}\nwidth_mm = 130.0\n\n[x]\n\
          title = \"samples *N* for each pixel\"\nscale = \"log\"\n\n[y]\ntitle = \"error of the picture, RMS\"\nscale = \"log\"\n"
     );
     for (way, name) in SEQUENCES {
-        let rows = rows(study, way);
+        let rows = wrong(study, way);
         if !rows.is_empty() {
+            is_drawn = true;
             let _ = write!(
                 text,
                 "\n[[series]]\nname = \"{name}\"\nx = {}\ny = {}\n",
@@ -277,7 +298,7 @@ fn slopes(study: &Study<'_>, stem: &str) -> String {
             );
         }
     }
-    text
+    is_drawn.then_some(text)
 }
 
 fn page(study: &Study<'_>, stem: &str) -> String {
@@ -296,13 +317,21 @@ fn page(study: &Study<'_>, stem: &str) -> String {
     };
     let told = stats::words_of_effects(study.scene.render.effects);
     let told = if told.is_empty() { String::new() } else { format!(", {}", told.join(" ")) };
+    let left_out: Vec<_> = study.plan.left_out().iter().map(|effect| effect.name()).collect();
+    let left_out = match left_out[..] {
+        [] => String::new(),
+        _ => format!(" Left out of all of them as too small to be seen: {}.", left_out.join(", ")),
+    };
+    let charts = match wrong(study, UNIFORM)[..] {
+        [] => "",
+        _ => "![Error against time](cost.svg)\n\n![Error against samples](points.svg)\n\n",
+    };
     let baseline = table.baseline_seconds.map_or(String::new(), |seconds| format!(", {}", duration(seconds)));
     let mut text = format!(
         "# What accuracy costs: {stem}\n\n{}\n\n{} x {} pixels, {}{told}; against a converged picture of {converged}. Errors are root mean \
          squares over the picture, linear light, clamped to 0..1. Times are the median of three runs (two where one takes long); the \
          ratio is to {BASELINE} uniform samples drawn just before each. The chart shows the ratios, in the time that those took \
-         first{baseline}.\n\n![Error against time](cost.svg)\n\n\
-         ![Error against samples](points.svg)\n\n![The part of the picture where 16 samples are most wrong](crops.svg)\n\n{not_measured}\
+         first{baseline}.{left_out}\n\n{charts}![The part of the picture where 16 samples are most wrong](crops.svg)\n\n{not_measured}\
          | way | setting | samples | true error | stated | seconds | ratio |\n|---|---|---|---|---|---|---|\n",
         sentence(study),
         table.width,

@@ -5,13 +5,15 @@ use super::super::probe::TWIN;
 use super::super::progress::Progress;
 use super::super::stats::{median, notes};
 use super::kept::{Measured, Table, save, set_aside, take_up};
+use super::report::files;
 use super::ways::{Setting, Step, UNIFORM, draw, ladder, turn};
 use groundglass::error::{Error, ErrorKind, Result};
 use groundglass::picture::Exposure;
+use groundglass::plan::RenderPlan;
 use groundglass::render::{Execution, SimdLevel, render};
-use groundglass::scene::{Budget, Scene};
+use groundglass::scene::{Budget, EffectChoice, Scene};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// Samples of the converged picture.
@@ -45,6 +47,9 @@ pub(super) struct Study<'a> {
     limits: (usize, Option<u64>),
     /// Files that were read, which no output may replace.
     pub(super) read: Vec<PathBuf>,
+    /// What all pictures have and have not, whatever is asked of each. (By a plan of its own a picture with a small error has what the
+    /// converged one leaves out.)
+    pub(super) plan: RenderPlan,
 }
 
 impl<'a> Study<'a> {
@@ -70,12 +75,31 @@ impl<'a> Study<'a> {
             measured: Vec::new(),
         };
         let (truth, holds_another) = take_up(folder, &mut table);
-        Self { scene, table, left: 0, truth, holds_another, folder, limits, read }
+        Self {
+            scene,
+            table,
+            left: 0,
+            truth,
+            holds_another,
+            folder,
+            limits,
+            read,
+            plan: RenderPlan::new(scene),
+        }
     }
 
     /// Measures what is not measured yet.
+    ///
+    /// # Errors
+    /// Before any work where the folder cannot be written to or a file that was read lies where one is to be written; and as [`render`].
     pub(super) fn measure(&mut self, cancel: &AtomicBool) -> Result<()> {
-        let told = ladder(self.scene, self.table.quick);
+        for name in files() {
+            output::refuse_inputs(&self.folder.join(name), &self.read)?;
+        }
+        for name in ["converged.exr", "cost.json"] {
+            output::check(&self.folder.join(name), &self.read)?;
+        }
+        let told = ladder(self.scene, self.plan.active(), self.table.quick);
         let mut steps = told.clone();
         if self.table.quick {
             steps.sort_by_key(turn);
@@ -117,7 +141,8 @@ impl<'a> Study<'a> {
         };
         for (i, step) in steps.iter().enumerate() {
             tell("measuring", rate.unwrap_or(0.0), left.iter().sum());
-            if self.find(&step.way, &step.setting.name()).is_none() {
+            let has_target = !matches!(step.setting, Setting::ErrorOf(_)) || self.target(step).is_some();
+            if has_target && self.find(&step.way, &step.setting.name()).is_none() {
                 if self.table.quick && begun.elapsed().as_secs_f64() > QUICK_SECONDS {
                     self.left += 1;
                     continue;
@@ -148,6 +173,16 @@ impl<'a> Study<'a> {
         progress.finish();
         self.truth = Some(truth);
         Ok(())
+    }
+
+    /// An error if the study was stopped, after all its rows were there.
+    pub(super) fn unless_stopped(&self, cancel: &AtomicBool) -> Result<()> {
+        match cancel.load(Ordering::SeqCst) {
+            true => {
+                Err(Error::new(ErrorKind::Cancelled, "stopped before it was done").remedy(self.goes_on()))
+            }
+            false => Ok(()),
+        }
     }
 
     fn goes_on(&self) -> String {
@@ -182,17 +217,18 @@ impl<'a> Study<'a> {
 
     /// The converged picture, of other samples than any that is measured.
     fn converge(&mut self, execution: Execution<'_>) -> Result<Exposure> {
-        let mut scene = self.scene.clone();
+        let mut scene = self.planned();
         scene.render.budget = Budget::Samples(self.table.converged_samples);
         scene.render.seed = scene.render.seed.wrapping_add(TWIN);
-        let (truth, counts) = render(&scene, execution)?;
+        let (truth, _) = render(&scene, execution)?;
+        scene.render.effects = self.scene.render.effects;
         self.table.converged_rms = truth.rms_error();
         if self.holds_another {
             set_aside(self.folder)?;
             self.holds_another = false;
         }
         let path = self.folder.join("converged.exr");
-        let notes = notes(&scene, &truth, counts.left_out);
+        let notes = notes(&scene, &truth, self.plan.left_out());
         output::write_whole(&path, &self.read, |file| truth.write_exr(&notes, file))?;
         save(self.folder, &self.table, &self.read)?;
         Ok(truth)
@@ -200,24 +236,32 @@ impl<'a> Study<'a> {
 
     /// Draws a step's picture once.
     pub(super) fn draw(&self, step: &Step, cancel: &AtomicBool) -> Result<Exposure> {
-        self.draw_of(&mut self.scene.clone(), step, cancel)
+        self.draw_of(&mut self.planned(), step, cancel)
+    }
+
+    /// The scene, with the effects of the plan.
+    fn planned(&self) -> Scene {
+        let (mut scene, active) = (self.scene.clone(), self.plan.active());
+        scene.render.effects = EffectChoice { all: false, with: active, without: active.others() };
+        scene
     }
 
     /// The same, of a scene that is this study's and stays so.
     fn draw_of(&self, scene: &mut Scene, step: &Step, cancel: &AtomicBool) -> Result<Exposure> {
-        let error = match step.setting {
-            Setting::ErrorOf(n) => self
-                .find(UNIFORM, &Setting::Samples(n).name())
-                .and_then(|found| found.stated_rms)
-                .filter(|&error| error > 0.0)
-                .unwrap_or(f64::MIN_POSITIVE.sqrt()),
-            _ => 0.0,
-        };
+        // Of other steps it is not asked for.
+        let error = self.target(step).unwrap_or_default();
         draw(scene, step, error, self.execution(cancel))
     }
 
+    /// The error that a step asks for, if it does and there is one: that of a picture without any is reached as soon as it is begun.
+    fn target(&self, step: &Step) -> Option<f64> {
+        let Setting::ErrorOf(n) = step.setting else { return None };
+        let stated = self.find(UNIFORM, &Setting::Samples(n).name())?.stated_rms;
+        stated.filter(|&error| error > 0.0)
+    }
+
     fn time(&mut self, step: &Step, truth: &Exposure, cancel: &AtomicBool) -> Result<Measured> {
-        let mut scene = self.scene.clone();
+        let mut scene = self.planned();
         let mut timed = |step: &Step| -> Result<(Exposure, f64)> {
             let start = Instant::now();
             let picture = self.draw_of(&mut scene, step, cancel)?;
@@ -290,6 +334,24 @@ pub(super) fn nothing() -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::input::Input;
+    use groundglass::scene::EffectName;
+
+    #[test]
+    fn all_pictures_of_a_study_have_the_same_effects() -> Result<()> {
+        let mut scene = Input::builtin()?.load()?;
+        scene.render.diffraction = true;
+        let study = Study::open(&scene, Path::new("none"), (1, None), true, Vec::new());
+        let of = |mut scene: Scene, error: f64| {
+            scene.render.budget = Budget::MaxError(error);
+            RenderPlan::new(&scene).active()
+        };
+        assert!(study.plan.left_out().has(EffectName::Diffraction));
+        // By its own plan a picture with so small an error has more.
+        assert!(of(scene.clone(), 1e-4).has(EffectName::Diffraction));
+        assert_eq!(of(study.planned(), 1e-4), study.plan.active());
+        Ok(())
+    }
 
     #[test]
     fn a_dear_scene_has_fewer_samples_in_its_quick_converged_picture() {

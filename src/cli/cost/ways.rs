@@ -3,10 +3,9 @@
 use super::{approximation, reference};
 use groundglass::error::Result;
 use groundglass::picture::Exposure;
-use groundglass::plan::RenderPlan;
 use groundglass::render::{Execution, render};
 use groundglass::sampling::PointSet;
-use groundglass::scene::{Budget, EffectName, Scene};
+use groundglass::scene::{Budget, EffectName, EffectSet, Scene};
 
 /// One way at one setting.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,24 +56,23 @@ pub(super) fn turn(step: &Step) -> u32 {
     }
 }
 
-/// All steps, in the order in which they are told and, where all are, measured.
-pub(super) fn ladder(scene: &Scene, quick: bool) -> Vec<Step> {
+/// All steps of a scene with these effects, in the order in which they are told and, where all are, measured.
+pub(super) fn ladder(scene: &Scene, active: EffectSet, quick: bool) -> Vec<Step> {
     let counts: &[u32] = if quick { &[4, 16, 64, 256] } else { &[4, 16, 64, 256, 1024] };
     let few: &[u32] = if quick { &[16, 64] } else { &[16, 64, 256] };
     let step = |way: &str, setting| Step { way: way.to_owned(), setting };
     let mut steps: Vec<Step> = counts.iter().map(|&n| step(UNIFORM, Setting::Samples(n))).collect();
     // The error of 4 samples is reached by the first 16.
     steps.extend(counts[1..].iter().map(|&n| step(ADAPTIVE, Setting::ErrorOf(n))));
-    let plan = RenderPlan::new(scene);
-    if plan.active().has(EffectName::Defocus) {
+    if active.has(EffectName::Defocus) {
         steps.push(step(APPROXIMATION, Setting::Approximation(16)));
     }
     if reference::differs(scene).is_none() {
-        let textured = plan.active().has(EffectName::Textures);
+        let textured = active.has(EffectName::Textures);
         let filters = &reference::FILTERS[..if textured { reference::FILTERS.len() } else { 1 }];
         steps.extend(filters.iter().map(|(_, way)| step(way, Setting::Double(16))));
     }
-    for name in plan.active().iter() {
+    for name in active.iter() {
         steps.push(step(&format!("without {name}"), Setting::Samples(64)));
     }
     for set in PointSet::ALL.into_iter().filter(|&set| set != PointSet::default()) {
