@@ -280,7 +280,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         report::warnings(&[render_words::too_late(&input.name(), wanted, &stats)]);
     }
     if arguments.scene.is_none() {
-        first_steps(&scene, &diagrams)?;
+        let width = width.map(|width| format!(" --width {width}"));
+        first_steps(&scene, &diagrams, exposure.samples().mean(), &width.unwrap_or_default())?;
     }
     Ok(())
 }
@@ -290,24 +291,26 @@ fn diagrams(picture: &Path) -> [PathBuf; 2] {
     ["svg", "png"].map(|ending| picture.with_file_name("tower-diagram").with_extension(ending))
 }
 
-/// For the built-in scene: its diagram beside the picture, and what to try next.
-fn first_steps(scene: &Scene, diagrams: &[PathBuf]) -> Result<()> {
+/// For the built-in scene: its diagram beside the picture, and what to try next: among it a picture of four times the `samples`, if
+/// there may be so many, as wide as was asked for.
+fn first_steps(scene: &Scene, diagrams: &[PathBuf], samples: f64, width: &str) -> Result<()> {
     let figure = diagram::figure(scene, diagram::Section::Side, diagram::Inset::Auto)?;
     let mut made = Vec::new();
     for path in diagrams {
         figure_file::write(&figure, path, &[])?;
         made.push(path.display().to_string());
     }
-    let more = match scene.render.budget {
-        Budget::Samples(samples) => format!("groundglass render --samples {}", samples.saturating_mul(4)),
-        _ => "groundglass render --samples 1024".to_owned(),
+    let samples = (4.0 * samples).ceil();
+    let more = format!("groundglass render --samples {samples}{width}");
+    let more = match samples <= f64::from(MOST_SAMPLES) {
+        true => format!("  {more:<50}half the error or less\n"),
+        false => String::new(),
     };
     report::print(&format!(
         "{}: its camera in section\n\n\
          The front standard was solved so that the tower's whole front wall is sharp. Next, try\n  \
-         groundglass optics examples/tower.toml            what is sharp, and where lines and planes pass\n  \
-         {more:<50}half the error or less\n  \
-         groundglass new MODEL.obj -o scene.toml           a first scene for a model of yours\n",
+         groundglass optics examples/tower.toml            what is sharp, and where lines and planes pass\n\
+         {more}  groundglass new MODEL.obj -o scene.toml           a first scene for a model of yours\n",
         made.join(", "),
     ))
 }
