@@ -8,7 +8,7 @@
 //!
 //! What a block shows depends on its number of samples alone, so a list of these numbers makes the picture again.
 
-use super::allocate::{Block, Forecast, Goal, USUAL_FALL, allocate, fall};
+use super::allocate::{Block, Forecast, Goal, TileBlocks, USUAL_FALL, allocate, fall};
 use super::base::{LATER, base, first_work};
 use super::picture::Picture;
 use super::pilot::{self, Pilot, Seen};
@@ -16,7 +16,7 @@ use super::progressive::Progressive;
 use super::{Counts, Execution, replay};
 use crate::error::{Error, Result};
 use crate::picture::{Allocation, BlockSamples, Exposure};
-use crate::sampling::runs::{FIRST_RUN, SKY_RUN};
+use crate::sampling::runs::{FIRST_RUN, SKY_RUN, SKY_RUNS};
 use crate::scene::Scene;
 
 /// The most samples of a pixel on the way to an error: sixty-four times the usual number takes an eighth or less of its
@@ -150,6 +150,9 @@ impl<'a> Picture<'a> {
     }
 }
 
+/// The part of the squared error that is allowed that the sky may take: surfaces make up for it.
+const SKY_PART: f64 = 0.05;
+
 /// As much later than asked for a picture of 16 samples may be done, as a part of its time, or of a second if that is more.
 const LATE_PART: f64 = 0.03;
 
@@ -194,6 +197,7 @@ impl Progressive<'_> {
         let columns = self.samples.columns_and_rows().0 as usize;
         let count = self.picture.tiles();
         let (few, tiles) = (self.pilot_of(Pilot::to_choose), self.pilot_of(Pilot::for_error));
+        self.sky = SKY_RUN;
         let mut seen = self.pilot(few, execution, &|| false)?;
         let allowed = error * error;
         // As uncertain as the error of so many tiles is at least, were they all alike: twenty keep three tenths of it from the goal.
@@ -218,6 +222,10 @@ impl Progressive<'_> {
         if first > look || few != tiles {
             seen = self.pilot(tiles, execution, &|| false)?;
         }
+        self.sky = self.enough_for_sky(&seen, allowed);
+        if self.sky != SKY_RUN {
+            seen = self.pilot(tiles, execution, &|| false)?;
+        }
         let forecast = Forecast::new(&seen.tiles, goal(AIM, &seen), ROUNDS_FALL, MOST_FOR_ERROR);
         self.first_round(&forecast, execution)?;
         let mut before = None;
@@ -239,6 +247,21 @@ impl Progressive<'_> {
             }
             self.round(&wanted, execution, &|| false)?;
         }
+    }
+
+    /// As many samples as the sky needs by the word of the pilot, which drew it with the fewest: so that it takes little of the squared error
+    /// that is `allowed` of a value. It is as good as linear over a pixel, so of `n` stratified samples in two halves `(2 / n)^3 / 24` of its
+    /// variance is left. (While rounds gave it more where it erred, it was begun again with 4 and 8 samples all over the tower from below, which
+    /// took 1.14 to 1.2 times as long.)
+    fn enough_for_sky(&self, seen: &Seen, allowed: f64) -> u32 {
+        let pixels = |blocks: &[Block]| blocks.iter().map(|block| f64::from(block.pixels)).sum::<f64>();
+        let (all, drawn) = (self.blocks().into_iter(), seen.tiles.iter().flat_map(TileBlocks::blocks));
+        let all: Vec<Block> = all.filter(|block| block.is_sky).collect();
+        let drawn: Vec<Block> = drawn.filter(|block| block.is_sky && block.samples == SKY_RUN).collect();
+        let error = drawn.iter().map(|block| block.error).sum::<f64>() / pixels(&drawn) * pixels(&all);
+        let left = |samples: u32| error * libm::pow(f64::from(SKY_RUN) / f64::from(samples), 3.0);
+        let is_enough = |samples: &u32| left(*samples) <= SKY_PART * allowed * self.picture.values();
+        SKY_RUNS.into_iter().find(is_enough).unwrap_or(FIRST_RUN)
     }
 
     /// Entries of the tiles' bins for each pixel that may show more than the sky: how dear it is to begin a tile again.

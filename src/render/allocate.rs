@@ -63,7 +63,8 @@ pub(super) fn allocate(blocks: &[Block], columns: usize, goal: Goal, fall: f64, 
     spread(blocks, smoothed(blocks, columns, &levels), goal, &levels, MOST_GROWTH)
 }
 
-/// What blocks are to have, by what was found in some tiles of the picture.
+/// What blocks are to have, by what was found in some tiles of the picture; the sky keeps what it has, for to begin it again with more takes
+/// longer than it saves.
 pub(super) struct Forecast {
     levels: Levels,
     factor: f64,
@@ -96,15 +97,21 @@ impl Forecast {
         let levels = Levels::new(most, fall);
         let errors = tiles.iter().flat_map(|tile| tile.smoothed(&levels)).collect();
         let blocks: Vec<Block> = tiles.iter().flat_map(TileBlocks::blocks).collect();
-        let keys = levels.keys(&blocks, errors);
+        let keys = held(&blocks, levels.keys(&blocks, errors));
         Self { factor: factor(&blocks, &keys, goal, &levels), levels }
     }
 
     /// For the blocks of a tile.
     pub(super) fn wanted(&self, tile: &TileBlocks) -> Vec<u32> {
-        let keys = self.levels.keys(&tile.blocks, tile.smoothed(&self.levels));
+        let keys = held(&tile.blocks, self.levels.keys(&tile.blocks, tile.smoothed(&self.levels)));
         self.levels.shares(&tile.blocks, &keys, self.factor, MOST_GROWTH)
     }
+}
+
+/// The same, of the sky without any weight.
+fn held(blocks: &[Block], mut keys: Vec<Key>) -> Vec<Key> {
+    keys.iter_mut().zip(blocks).filter(|(_, block)| block.is_sky).for_each(|(key, _)| key.weight = 0.0);
+    keys
 }
 
 /// As [`allocate`], by these `errors` of the blocks.
@@ -216,12 +223,13 @@ impl Levels {
     }
 }
 
-/// How errors fell from `before` to `after`, as the exponent that explains the sum of all that got more samples; none where
+/// How errors of surfaces fell from `before` to `after`, as the exponent that explains the sum of all that got more samples; none where
 /// none did.
 pub(super) fn fall(before: &[Block], after: &[Block]) -> Option<f64> {
     // Few blocks differ in how many times their samples they got.
     let (mut sums, mut found) = (BTreeMap::<(u32, u32), f64>::new(), 0.0);
-    for (before, after) in before.iter().zip(after).filter(|(before, after)| after.samples > before.samples) {
+    let surfaces = before.iter().zip(after).filter(|(before, _)| !before.is_sky);
+    for (before, after) in surfaces.filter(|(before, after)| after.samples > before.samples) {
         *sums.entry((before.samples, after.samples)).or_default() += before.error;
         found += after.error;
     }

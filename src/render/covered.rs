@@ -9,7 +9,7 @@ use super::kept::Blocks;
 use super::picture::Picture;
 use super::resolve::{BLOCKS, ByBlock};
 use crate::picture::BLOCK;
-use crate::sampling::runs::{FIRST_RUN, SKY_RUN};
+use crate::sampling::runs::FIRST_RUN;
 use rayon::prelude::*;
 
 /// The blocks of a picture that may show more than the sky.
@@ -44,10 +44,10 @@ impl Covered {
         is_covered(self.of_tile((x / BLOCKS, y / BLOCKS)), (y % BLOCKS * BLOCKS + x % BLOCKS) as usize)
     }
 
-    /// How many samples that block begins with, where those of the picture begin with `base`.
-    pub(super) fn first(&self, x: u32, y: u32, base: u32) -> u32 {
+    /// How many samples that block begins with: see [`first_samples`].
+    pub(super) fn first(&self, x: u32, y: u32, first: First) -> u32 {
         let covered = self.of_tile((x / BLOCKS, y / BLOCKS));
-        begins_with(covered, (y % BLOCKS * BLOCKS + x % BLOCKS) as usize, base)
+        begins_with(covered, (y % BLOCKS * BLOCKS + x % BLOCKS) as usize, first)
     }
 }
 
@@ -56,17 +56,24 @@ pub(super) fn is_covered(covered: Blocks, block: usize) -> bool {
     covered >> block & 1 == 1
 }
 
-/// How many samples the blocks of a tile begin with, where those of a picture begin with `base`.
-pub(super) fn first_samples(covered: Blocks, base: u32) -> ByBlock<u32> {
-    std::array::from_fn(|block| begins_with(covered, block, base))
+/// How many samples blocks begin with: those that may show more than the sky, and all others.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct First {
+    pub base: u32,
+    pub sky: u32,
 }
 
-/// The sky with as few as there may be, but beside what begins with [`FIRST_RUN`]: there a run of its own would take longer than it saves.
-fn begins_with(covered: Blocks, block: usize, base: u32) -> u32 {
+/// How many samples the blocks of a tile begin with: the sky with its own number, but beside what begins with [`FIRST_RUN`] with as many, for
+/// there a run of its own would take longer than it saves.
+pub(super) fn first_samples(covered: Blocks, first: First) -> ByBlock<u32> {
+    std::array::from_fn(|block| begins_with(covered, block, first))
+}
+
+fn begins_with(covered: Blocks, block: usize, First { base, sky }: First) -> u32 {
     if is_covered(covered, block) {
         base
     } else if covered == 0 || base > FIRST_RUN {
-        SKY_RUN
+        sky
     } else {
         FIRST_RUN
     }
@@ -111,13 +118,14 @@ mod tests {
     }
 
     #[test]
-    fn the_sky_begins_with_two_samples_where_that_takes_no_longer() {
+    fn the_sky_begins_with_its_own_number_where_that_takes_no_longer() {
         let covered = 1 << 1 | 0b11 << 14;
         let with = |covered, sky, others| {
             std::array::from_fn(|block| if is_covered(covered, block) { others } else { sky })
         };
-        assert_eq!(first_samples(covered, 64), with(covered, 2, 64));
-        assert_eq!(first_samples(covered, 16), [16; 16]);
-        assert_eq!(first_samples(0, 16), [2; 16]);
+        let of = |covered, base| first_samples(covered, First { base, sky: 2 });
+        assert_eq!(of(covered, 64), with(covered, 2, 64));
+        assert_eq!(of(covered, 16), [16; 16]);
+        assert_eq!(of(0, 16), [2; 16]);
     }
 }

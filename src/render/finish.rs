@@ -21,7 +21,8 @@ impl Progressive<'_> {
     /// # Errors
     /// [`crate::error::ErrorKind::TooLarge`] where there is no memory left for the errors of pixels.
     pub(super) fn finish(self, execution: &Execution<'_>) -> Result<(Exposure, Counts)> {
-        let (picture, samples, mut watch) = (self.picture, &self.samples, self.watch);
+        let (picture, samples, first_of, mut watch) =
+            (self.picture, &self.samples, self.first_of(), self.watch);
         let of_tile = |tile: usize| -> ((u32, u32), ByBlock<u32>) {
             let place = picture.place(tile);
             let of_block = |block: usize| {
@@ -32,7 +33,7 @@ impl Progressive<'_> {
         };
         let (columns, rows) = samples.columns_and_rows();
         let load = |sums: &mut Vec<Sum>, tile: usize| {
-            let first = first_samples(self.covered.of_tile(picture.place(tile)), samples.base());
+            let first = first_samples(self.covered.of_tile(picture.place(tile)), first_of);
             kept::load((&self.even[tile], &self.odd[tile]), self.apart[tile], &first, sums);
         };
         // From what there is now, not as it came: an edge goes by the pixels beside it, which may have got more samples since.

@@ -6,7 +6,7 @@
 //! What a block shows depends on its number of samples alone, so a list of these numbers makes the picture again.
 
 use super::allocate::{Block, Forecast};
-use super::covered::{Covered, first_samples};
+use super::covered::{Covered, First, first_samples};
 use super::draw::{TILES_AT_ONCE, TileScratch};
 use super::edges;
 use super::kept::{self, Blocks, Half, Kept, Odd};
@@ -46,6 +46,8 @@ pub(super) struct Progressive<'a> {
     pub odd: Vec<Odd>,
     pub apart: Vec<Blocks>,
     pub samples: BlockSamples,
+    /// How many samples the sky begins with.
+    pub sky: u32,
     /// Block by block the sum of squared errors over its pixels and channels.
     pub errors: Vec<f64>,
     /// These by the word of the samples alone, by which forecasts go, and what edges and lights may hide.
@@ -83,6 +85,7 @@ impl<'a> Progressive<'a> {
             odd,
             apart,
             samples,
+            sky: FIRST_RUN,
             errors,
             plain,
             hidden,
@@ -154,7 +157,11 @@ impl<'a> Progressive<'a> {
 
     /// How many samples the blocks of the picture begin with.
     pub(super) fn first_samples(&self) -> Vec<u32> {
-        self.by_block(|x, y| self.covered.first(x, y, self.samples.base()))
+        self.by_block(|x, y| self.covered.first(x, y, self.first_of()))
+    }
+
+    pub(super) fn first_of(&self) -> First {
+        First { base: self.samples.base(), sky: self.sky }
     }
 
     /// The tile that a block lies in.
@@ -197,7 +204,7 @@ impl<'a> Progressive<'a> {
     ) -> Result<()> {
         let (columns, _) = self.samples.columns_and_rows();
         let (picture, samples, edges, costs) = (self.picture, &self.samples, self.edges, &self.costs);
-        let covered = &self.covered;
+        let (covered, first_of) = (&self.covered, self.first_of());
         let finished = AtomicUsize::new(0);
         let tiles = self.picture.tiles();
         let stop = || cancelled(execution) || late();
@@ -205,7 +212,7 @@ impl<'a> Progressive<'a> {
         let each =
             |scratch: &mut TileScratch, sums: &mut [Sum], tile, (even, odd): Kept<'_>, apart: &mut Blocks| {
                 let covered = covered.of_tile(picture.place(tile));
-                let first = first_samples(covered, samples.base());
+                let first = first_samples(covered, first_of);
                 let mut round = TileRound::new(
                     picture,
                     (tile, costs[tile]),
