@@ -4,6 +4,7 @@
 //! switches off. What it drops changes the picture by no more than [`RenderPlan::tolerance`].
 
 mod diffraction;
+mod frame;
 mod light;
 mod reason;
 mod seen;

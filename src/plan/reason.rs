@@ -128,7 +128,7 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
                 asked,
                 is_seen,
                 format!(
-                    "{key}{sun}penumbra up to {width} square to the light, threshold {threshold} px; sunlight changes by up to {}, \
+                    "{key}{sun}penumbra up to {width} square to the light, threshold {threshold} px, or sunlight changes by up to {}, \
                      threshold {}",
                     beside(light::softening(scene), view.falloff_threshold()),
                     digits(view.falloff_threshold())

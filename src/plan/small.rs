@@ -1,8 +1,9 @@
 //! Which of the effects that a scene asks for are too small to be seen: numbers against thresholds. In: a scene. Out: yes or no,
 //! without looking at more of the scene than it takes.
 
+use super::frame::{around, pixel};
 use super::light::{self, brightest};
-use super::seen::{Seen, around, pixel};
+use super::seen::Seen;
 use super::{TOLERANCE, asks, diffraction, tolerance};
 use crate::scene::{EffectName, Scene, bounds};
 use glam::DVec3;
