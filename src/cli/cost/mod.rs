@@ -6,6 +6,7 @@
 
 mod answers;
 mod approximation;
+mod charts;
 mod crops;
 mod kept;
 mod reference;
@@ -13,6 +14,7 @@ mod report;
 mod rows;
 mod study;
 mod ways;
+mod words;
 
 use super::effects::EffectArguments;
 use super::input::{self, MemoryArguments, SceneArguments};
@@ -83,5 +85,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         ErrorKind::Cancelled => error,
         _ => error.in_file(input.name()),
     })?;
-    tell::print(&format!("{}\n{}\n", report::sentence(&study), folder.join("cost.md").display()))
+    tell::print(&format!("{}\n{}\n", words::sentence(&study), folder.join("cost.md").display()))
 }

@@ -1,0 +1,156 @@
+//! What a study found, in plain words: what half the error costs from its last two numbers of samples on, and how other ways compare.
+
+use super::super::report as tell;
+use super::kept::Measured;
+use super::report::rows;
+use super::study::Study;
+use super::ways::{ADAPTIVE, APPROXIMATION, UNIFORM};
+use std::fmt::Write as _;
+
+/// How error and time go on beyond the ladder of uniform samples, from its last two steps: the error as a power of the number of
+/// samples, the time as what any picture takes and so much for each sample.
+struct Trend {
+    /// The error falls as `samples^-power`.
+    power: f64,
+    samples: f64,
+    error: f64,
+    /// In the time of the baseline, as ratios are.
+    fixed: f64,
+    each: f64,
+}
+
+impl Trend {
+    /// None where more samples took no more time, or made the error hardly smaller.
+    fn of(before: &Measured, last: &Measured) -> Option<Self> {
+        let power = libm::log(before.true_rms / last.true_rms) / libm::log(last.samples / before.samples);
+        let each = (last.ratio - before.ratio) / (last.samples - before.samples);
+        // More than in proportion is chance, or memory.
+        let each = each.min(last.ratio / last.samples);
+        let fixed = last.ratio - each * last.samples;
+        let is_known = power.is_finite() && power > 0.05 && each.is_finite() && each > 0.0;
+        is_known.then_some(Self { power, samples: last.samples, error: last.true_rms, fixed, each })
+    }
+
+    /// What a picture with this error takes, as a ratio.
+    fn ratio_of(&self, error: f64) -> f64 {
+        self.fixed + self.each * self.samples * libm::pow(self.error / error, 1.0 / self.power)
+    }
+}
+
+/// The last two steps of the ladder, in plain words.
+pub(super) fn sentence(study: &Study<'_>) -> String {
+    let uniform = rows(study, UNIFORM);
+    let [.., before, last] = uniform.as_slice() else {
+        return format!(
+            "Of uniform samples {} of the two measurements that a price needs {} there, and no time was left for {} more: the same \
+             command takes them.",
+            uniform.len(),
+            if uniform.len() == 1 { "is" } else { "are" },
+            study.left
+        );
+    };
+    if last.true_rms == 0.0 {
+        return format!(
+            "A picture of {:.0} samples is the converged one: there is no error to pay for.",
+            last.samples
+        );
+    }
+    let trend = Trend::of(before, last);
+    let mut words = match &trend {
+        Some(trend) => format!(
+            "Halving the error from here ({} in {}) costs {:.1} times as long.",
+            tell::rms(last.true_rms),
+            duration(last.seconds),
+            trend.ratio_of(0.5 * last.true_rms) / last.ratio
+        ),
+        None if last.ratio <= before.ratio => format!(
+            "From {:.0} to {:.0} samples the error goes from {} to {} in no more time: what any picture takes is nearly all of it, and \
+             what more samples cost was not measured.",
+            before.samples,
+            last.samples,
+            tell::rms(before.true_rms),
+            tell::rms(last.true_rms)
+        ),
+        None => format!(
+            "Up to {:.0} samples more time hardly makes the error of {} smaller; what more would do was not measured.",
+            last.samples,
+            tell::rms(last.true_rms)
+        ),
+    };
+    if uniform.len() == 2 {
+        words.push_str(" That is by two numbers of samples alone.");
+    }
+    if let (Some(adaptive), Some(trend)) = (rows(study, ADAPTIVE).last(), &trend) {
+        let same = trend.ratio_of(adaptive.true_rms);
+        if same.is_finite() && same > 0.0 {
+            let _ = write!(
+                words,
+                " Samples where they help most reach {} in {}, {:.0} % of the time that uniform ones take for the same error, each over a picture drawn just before it.",
+                tell::rms(adaptive.true_rms),
+                duration(adaptive.seconds),
+                100.0 * adaptive.ratio / same
+            );
+        }
+    }
+    if let Some(converged) = study.table.converged_rms.filter(|&error| error > 0.2 * last.true_rms) {
+        let _ = write!(
+            words,
+            " The converged picture itself is wrong by about {}: errors that are not far larger are not to be relied on.",
+            tell::rms(converged)
+        );
+    }
+    if study.left > 0 {
+        let _ = write!(
+            words,
+            " There was no time for {} more measurements; the same command takes them.",
+            study.left
+        );
+    }
+    if let [approximation] = rows(study, APPROXIMATION)[..] {
+        let _ = write!(
+            words,
+            " One pinhole picture with a blur is done in {} and stays wrong by {}, whatever the time.",
+            duration(approximation.seconds),
+            tell::rms(approximation.true_rms)
+        );
+    }
+    words
+}
+
+pub(super) fn duration(seconds: f64) -> String {
+    if seconds < 1.0 { format!("{:.0} ms", 1e3 * seconds) } else { format!("{seconds:.1} s") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(samples: f64, true_rms: f64, ratio: f64) -> Measured {
+        Measured {
+            way: UNIFORM.to_owned(),
+            setting: format!("N = {samples}"),
+            samples,
+            true_rms,
+            stated_rms: None,
+            seconds: ratio,
+            seconds_low: ratio,
+            seconds_high: ratio,
+            ratio,
+        }
+    }
+
+    #[test]
+    fn the_price_of_half_the_error_has_no_fixed_cost_in_it_twice() {
+        // Pure chance: an error of N^-1/2, so four times the samples. What any picture takes is 0.9 of the time of 64 samples.
+        let at = |n: f64| row(n, 0.1 / n.sqrt(), 0.9 + 0.1 * n / 64.0);
+        let trend = Trend::of(&at(64.0), &at(256.0)).unwrap();
+        let want = at(1024.0).ratio;
+        assert!((trend.ratio_of(0.5 * at(256.0).true_rms) / want - 1.0).abs() < 1e-12);
+        assert!((trend.ratio_of(at(16.0).true_rms) / at(16.0).ratio - 1.0).abs() < 1e-12);
+        // More than in proportion counts as in proportion; no more time, or no less error, tells nothing.
+        let dear = Trend::of(&at(64.0), &row(256.0, 0.1 / 16.0, 8.0)).unwrap();
+        assert!((dear.ratio_of(0.1 / 32.0) / 32.0 - 1.0).abs() < 1e-12);
+        assert!(Trend::of(&at(64.0), &row(256.0, 0.1 / 16.0, 1.0)).is_none());
+        assert!(Trend::of(&at(64.0), &row(256.0, 0.1 / 8.0, 4.0)).is_none());
+    }
+}
