@@ -81,7 +81,7 @@ impl FilmSize {
     /// A format by its name, such as `4x5`; `4x5-portrait` is turned by a right angle.
     ///
     /// # Errors
-    /// When no such format is known; the error lists those that are.
+    /// [`crate::error::ErrorKind::Invalid`] when no such format is known; the error lists those that are.
     pub fn named(name: &str) -> Result<Self> {
         let (base, portrait) = match name.strip_suffix("-portrait") {
             Some(base) => (base, true),
@@ -165,7 +165,7 @@ impl Camera {
     /// to the view.
     ///
     /// # Errors
-    /// When `eye` and `look_at` coincide, `up` is zero or parallel to the view, or a number is not finite.
+    /// [`crate::error::ErrorKind::Invalid`] when `eye` and `look_at` coincide, `up` is zero or parallel to the view, or a number is not finite.
     pub fn rail_frame(eye: DVec3, look_at: DVec3, up: DVec3) -> Result<Pose> {
         for (name, value) in [("eye_m", eye), ("look_at_m", look_at), ("up", up)] {
             if !value.is_finite() {

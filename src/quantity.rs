@@ -77,7 +77,7 @@ pub struct FNumber(f64);
 
 impl FNumber {
     /// # Errors
-    /// When `value` is not a positive finite number.
+    /// [`crate::error::ErrorKind::Invalid`] when `value` is not a positive finite number.
     pub fn new(value: f64) -> Result<Self> {
         if value.is_finite() && value > 0.0 {
             Ok(Self(value))

@@ -151,7 +151,7 @@ impl Figure {
     /// The figure as SVG with its lettering as outlines; one user unit is a millimetre.
     ///
     /// # Errors
-    /// When the lettering cannot be drawn.
+    /// [`crate::error::ErrorKind::Invalid`] when the lettering has a character without a glyph.
     pub fn to_svg(&self) -> Result<String> {
         self.to_svg_with(TextAs::Paths)
     }
@@ -159,7 +159,7 @@ impl Figure {
     /// The figure as SVG.
     ///
     /// # Errors
-    /// When the lettering cannot be drawn.
+    /// [`crate::error::ErrorKind::Invalid`] when the lettering has a character without a glyph.
     pub fn to_svg_with(&self, text_as: TextAs) -> Result<String> {
         paint::svg::paint(&self.list, text_as)
     }
@@ -167,7 +167,7 @@ impl Figure {
     /// The figure as a PDF of one page, its lettering as text in an embedded font.
     ///
     /// # Errors
-    /// When the lettering cannot be drawn.
+    /// [`crate::error::ErrorKind::Invalid`] when the lettering has a character without a glyph.
     pub fn to_pdf(&self) -> Result<Vec<u8>> {
         self.to_pdf_with(TextAs::Text)
     }
@@ -175,7 +175,7 @@ impl Figure {
     /// The figure as a PDF of one page.
     ///
     /// # Errors
-    /// When the lettering cannot be drawn.
+    /// [`crate::error::ErrorKind::Invalid`] when the lettering has a character without a glyph.
     pub fn to_pdf_with(&self, text_as: TextAs) -> Result<Vec<u8>> {
         paint::pdf::paint(&self.list, text_as)
     }
@@ -183,7 +183,7 @@ impl Figure {
     /// The figure as an 8-bit PNG with this many pixels a millimetre.
     ///
     /// # Errors
-    /// When the page would have less than one or more than 64 million pixels.
+    /// [`crate::error::ErrorKind::TooLarge`] when the page would have less than one or more than 64 million pixels.
     pub fn to_png(&self, pixels_per_mm: f64) -> Result<Vec<u8>> {
         paint::pixels::png(&self.list, pixels_per_mm)
     }

@@ -203,8 +203,8 @@ impl Optics {
     /// Near and far planes for a circle of confusion of diameter `c` (metres, on the film); `None`
     /// for a pinhole.
     ///
-    /// They are conjugate to the film-parallel planes at `d / (1 -+ c/A)`, and exact for the image of
-    /// that aperture diameter in which lens and film planes are parallel.
+    /// They are conjugate to the film-parallel planes at `d / (1 -+ c/A)`, with `d` the distance of the film's plane from the lens centre
+    /// and `A` the aperture's diameter, and exact for the image of that diameter of the aperture which is parallel to the film.
     pub fn depth_of_field(&self, c: f64) -> Option<DepthOfField> {
         if self.radius == 0.0 {
             return None;
