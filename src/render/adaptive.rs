@@ -10,14 +10,14 @@
 
 use super::allocate::{Block, Forecast, Goal, TileBlocks, USUAL_FALL, allocate, fall};
 use super::base::{LATER, base, first_work};
+use super::few::Few;
 use super::picture::Picture;
 use super::pilot::{self, Pilot, Seen};
 use super::progressive::Progressive;
-use super::{Counts, Execution, replay};
+use super::{Counts, Execution};
 use crate::error::{Error, Result};
-use crate::picture::{Allocation, BlockSamples, Exposure};
+use crate::picture::{BlockSamples, Exposure};
 use crate::sampling::runs::{FIRST_RUN, SKY_RUN, SKY_RUNS};
-use crate::scene::Scene;
 
 /// The most samples of a pixel on the way to an error: sixty-four times the usual number takes an eighth or less of its
 /// error, and a target beyond is told as out of reach.
@@ -52,50 +52,6 @@ pub(super) enum Timed {
 
 /// The pilot shows by so many samples how the error falls, however many are needed.
 const MOST_FOR_PILOT: u32 = 64;
-
-/// What numbers of samples below [`FIRST_RUN`] take of its time, about (Sponza at 1280 x 1024).
-const FEWER: [(u32, f64); 4] = [(8, 0.8), (4, 0.65), (2, 0.5), (1, 0.0)];
-
-/// Fewer samples than a picture begins with that goes on.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Few {
-    pub samples: u32,
-    /// Seconds that come before the first sample, of any picture of the scene.
-    pub before: f64,
-}
-
-/// Numbers of samples that a picture has for which there is no time to begin with [`FIRST_RUN`].
-const FEW: [u32; 6] = [8, 6, 4, 3, 2, 1];
-
-/// Draws so many samples of each pixel, and again more of them as long as there is time for more until `end`: what few samples take is
-/// known only when they are drawn. (One sample was all that 1.1 s of a scene brought of which eight take 0.95.)
-pub(super) fn as_many_as_fit(
-    scene: &Scene,
-    mut few: Few,
-    end: f64,
-    execution: Execution<'_>,
-) -> Result<(Exposure, Counts)> {
-    let clock = execution.clock.unwrap_or(&|| 0.0);
-    loop {
-        let begun = clock();
-        let done = replay(scene, &Allocation::Uniform(few.samples), execution)?;
-        let now = clock();
-        match few.more_that_fit(now - begun, end - now) {
-            Some(samples) => few.samples = samples,
-            None => return Ok(done),
-        }
-    }
-}
-
-impl Few {
-    /// How many more samples there is time for, where these took so long. Half of what came before the first picture is taken for what
-    /// comes before each: memory is touched for the first time there, and the second sample may take longer than the first.
-    fn more_that_fit(self, took: f64, left: f64) -> Option<u32> {
-        let each = (took - 0.5 * self.before).max(0.0) / f64::from(self.samples);
-        let time = |samples: u32| took + each * f64::from(samples - self.samples);
-        FEW.into_iter().find(|&more| more > self.samples && time(more) <= left)
-    }
-}
 
 impl<'a> Picture<'a> {
     /// Draws until the error is reached.
@@ -290,8 +246,7 @@ impl Progressive<'_> {
         let left = end - clock();
         let rest = if seen > 0.0 { took * (pixels - seen) / seen } else { f64::INFINITY };
         if rest > left + LATE_PART * (end - start).max(1.0) && again < AGAIN_PART * rest {
-            let few = FEWER.iter().find(|(_, part)| again + part * rest <= left);
-            return Ok(Some(Few { samples: few.map_or(1, |&(samples, _)| samples), before: again }));
+            return Ok(Some(Few::that_fit(again, rest, left)));
         }
         // Of a larger first run more samples are drawn in a time; what is left over goes into rounds.
         let goal =
@@ -328,25 +283,5 @@ impl Progressive<'_> {
             rate = planned / (clock() - begun).max(1e-9);
             share = 0.9;
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn more_samples_are_drawn_only_where_there_is_time_for_all_of_them() {
-        let fit = |samples, before, took, left| Few { samples, before }.more_that_fit(took, left);
-        assert_eq!(fit(1, 0.0, 0.2, 0.65), Some(3));
-        assert_eq!(fit(1, 0.0, 0.2, 0.39), None);
-        // 0.075 before the first, 0.125 for each: two take 0.325.
-        assert_eq!(fit(1, 0.15, 0.2, 0.37), Some(2));
-        assert_eq!(fit(1, 0.15, 0.2, 0.32), None);
-        assert_eq!(fit(2, 0.0, 0.2, 10.0), Some(8));
-        assert_eq!(fit(8, 0.0, 0.2, 10.0), None);
-        assert_eq!(fit(4, 0.0, 0.2, -1.0), None);
-        // A clock that ran otherwise: no more than it took.
-        assert_eq!(fit(4, 0.5, 0.2, 0.1), None);
     }
 }

@@ -10,7 +10,7 @@
 //! * `resolve`: from sums to means; and their errors, by `differences`, `clipped`, `highlights` (with `spread`) and `edges`.
 //! * `uniform`: all tiles with the same number of samples. Or `adaptive`, in rounds: `pilot`, `base` and `allocate` say how many
 //!   samples go where, `progressive` draws a round, `tile_round` one tile in it, `kept` holds the sums from round to round, and
-//!   `finish` makes the picture.
+//!   `finish` makes the picture. Where there is no time for that, `few` samples.
 //! * `room`, `stages`: memory, and time.
 
 mod adaptive;
@@ -25,6 +25,7 @@ mod draw;
 mod edges;
 #[cfg(test)]
 mod exact_tests;
+mod few;
 mod finish;
 mod frame;
 mod highlights;
@@ -47,7 +48,7 @@ mod uniform;
 pub use adaptive::MOST_FOR_ERROR;
 pub use stages::Stages;
 
-use adaptive::{Timed, as_many_as_fit};
+use adaptive::Timed;
 use picture::{Picture, Sequence};
 use room::Room;
 use stages::Stopwatch;
@@ -135,7 +136,7 @@ pub fn render(scene: &Scene, execution: Execution<'_>) -> Result<(Exposure, Coun
             })?;
             match timed {
                 Timed::Done(done) => Ok(*done),
-                Timed::TooShort(few) => as_many_as_fit(scene, few, times.1, execution),
+                Timed::TooShort(few) => few::as_many_as_fit(scene, few, times.1, execution),
             }
         }
     }
