@@ -72,7 +72,7 @@ impl Progressive<'_> {
                 picture.resolve(place, sums, &samples, Some(map));
                 picture.spread_all(place, (found, &stated), map);
             }
-            (stated.iter().sum(), u64::from(unseen.count_ones()))
+            (stated.iter().sum(), u64::from(unseen.blocks.count_ones()))
         };
         let mut errors = zeroed::<f32>(if execution.error_map { picture.tiles() * AREA } else { 0 })?;
         let stated: Vec<(f64, u64)> = if execution.error_map {

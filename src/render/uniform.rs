@@ -5,6 +5,7 @@
 //! [`super::highlights`].
 
 use super::draw::{Borrowed, Step, TILES_AT_ONCE, TileSums, Work};
+use super::highlights::Raised;
 use super::pattern::Splits;
 use super::picture::Picture;
 use super::resolve::{AREA, Sum, means_of};
@@ -54,8 +55,8 @@ impl Picture<'_> {
                 }
             };
             let mut watch = Stopwatch::start(execution.clock);
-            let squared = if done < steps.len() {
-                0.0
+            let (squared, raised) = if done < steps.len() {
+                Default::default()
             } else {
                 let place = self.place(tile);
                 let samples = [samples; 16];
@@ -65,15 +66,15 @@ impl Picture<'_> {
                 if let Some(errors) = errors {
                     self.spread_all(place, (&found, &stated), errors);
                 }
-                tally.unseen_light = u64::from(raised.count_ones());
+                tally.unseen_light = u64::from(raised.blocks.count_ones());
                 means_of(sums, samples[0], out);
-                stated.iter().sum()
+                (stated.iter().sum::<f64>(), raised)
             };
             watch.lap(&mut tally.stages.resolve);
             if let Some(progress) = execution.progress {
                 progress(finished.fetch_add(1, Ordering::Relaxed) + 1, tiles);
             }
-            (tally, squared)
+            (tally, squared, raised)
         };
         let scratch = || (self.scratch(), vec![Sum::default(); AREA]);
         let each = pixels.par_chunks_mut(AREA).enumerate().with_max_len(TILES_AT_ONCE);
@@ -88,8 +89,15 @@ impl Picture<'_> {
             return Err(super::stopped());
         }
         // Tile by tile in order: the same sum whatever the threads did.
-        let squared = tallies.iter().map(|(_, squared)| squared).sum::<f64>();
-        for (tally, _) in &tallies {
+        let raised = tallies.iter().fold(Raised::default(), |all, (_, _, raised)| all.and(raised));
+        let stated = tallies.iter().map(|(_, squared, _)| squared).sum::<f64>();
+        let squared = stated - if self.spreads_lights() { raised.too_much() } else { 0.0 };
+        if squared < stated {
+            // The map adds up to the picture's error.
+            let less = (squared / stated).sqrt() as f32;
+            errors.par_iter_mut().for_each(|error| *error *= less);
+        }
+        for (tally, ..) in &tallies {
             counts.shading_requests += tally.requests;
             counts.unseen_light += tally.unseen_light;
             counts.stages.add(&tally.stages);
