@@ -108,7 +108,7 @@ impl Forecast {
     }
 }
 
-/// The same, of the sky without any weight.
+/// The keys of such blocks, those of the sky without any weight.
 fn held(blocks: &[Block], mut keys: Vec<Key>) -> Vec<Key> {
     keys.iter_mut().zip(blocks).filter(|(_, block)| block.is_sky).for_each(|(key, _)| key.weight = 0.0);
     keys

@@ -1,4 +1,5 @@
-//! Times too short for what a picture that goes on begins with, [`crate::sampling::runs::FIRST_RUN`]: how many there is time for, and a picture of as many.
+//! Times too short for the samples that a picture which goes on begins with, [`crate::sampling::runs::FIRST_RUN`]: how many there is
+//! time for, and a picture of as many.
 //!
 //! In: what the rest would take by the word of the pilot ([`super::pilot`]), and when to end. Out: a uniform picture.
 
