@@ -109,6 +109,10 @@ impl<'a> Picture<'a> {
 /// The part of the squared error that is allowed that the sky may take: surfaces make up for it.
 const SKY_PART: f64 = 0.05;
 
+/// What the sky may err by however much is allowed, RMS: all pixels of a tile err alike there, and where tiles meet no step is to be seen. It is a
+/// sixth of a step of 8 bits where the sky is bright.
+const SKY_MOST: f64 = 0.001;
+
 /// As much later than asked for a picture of 16 samples may be done, as a part of its time, or of a second if that is more.
 const LATE_PART: f64 = 0.03;
 
@@ -219,7 +223,8 @@ impl Progressive<'_> {
         let drawn: Vec<Block> = drawn.filter(|block| block.is_sky && block.samples == SKY_RUN).collect();
         let error = drawn.iter().map(|block| block.error).sum::<f64>() / pixels(&drawn) * pixels(&all);
         let left = |samples: u32| error * libm::pow(f64::from(SKY_RUN) / f64::from(samples), 3.0);
-        let is_enough = |samples: &u32| left(*samples) <= SKY_PART * allowed * self.picture.values();
+        let most = (SKY_PART * allowed * self.picture.values()).min(SKY_MOST * SKY_MOST * 3.0 * pixels(&all));
+        let is_enough = |samples: &u32| left(*samples) <= most;
         SKY_RUNS.into_iter().find(is_enough).unwrap_or(FIRST_RUN)
     }
 
