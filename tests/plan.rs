@@ -81,14 +81,18 @@ fn with_small(effect: EffectName, step: i32, seed: u64) -> Scene {
     scene
 }
 
+/// The scene with the largest such effect that the plan leaves out.
+fn largest_left_out(effect: EffectName, seed: u64) -> Scene {
+    let mut small = (0..60).map(|step| with_small(effect, step, seed));
+    small.find(|scene| !RenderPlan::new(scene).active().has(effect)).unwrap()
+}
+
 #[test]
 fn what_is_left_out_changes_the_picture_by_no_more_than_is_stated() {
     use EffectName::{ApertureShape, Defocus, Diffraction, Falloff, SoftShadows};
     for effect in [Defocus, ApertureShape, SoftShadows, Falloff, Diffraction] {
         for seed in 0..7u64 {
-            // The largest that is left out.
-            let small = (0..60).map(|step| with_small(effect, step, seed));
-            let scene = small.into_iter().find(|scene| !RenderPlan::new(scene).active().has(effect)).unwrap();
+            let scene = largest_left_out(effect, seed);
             let plan = RenderPlan::new(&scene);
             let (_, counts) = render(&scene, Execution::default()).unwrap();
             assert!(counts.left_out.has(effect), "{effect} is drawn, though the plan leaves it out");
@@ -440,8 +444,7 @@ fn what_is_left_out_by_name_hides_nothing() {
         plan.active().has(effect)
     };
     for effect in [Defocus, ApertureShape, SoftShadows, Diffraction] {
-        let small = (0..60).map(|step| with_small(effect, step, 1));
-        let mut scene = small.into_iter().find(|scene| !RenderPlan::new(scene).active().has(effect)).unwrap();
+        let mut scene = largest_left_out(effect, 1);
         assert!(!is_in(&scene, effect), "{effect}");
         scene.render.effects.without = [Antialiasing].into_iter().collect();
         assert!(is_in(&scene, effect), "{effect}: {:?}", RenderPlan::new(&scene).effects());
@@ -465,11 +468,10 @@ fn what_is_left_out_by_name_hides_nothing() {
 
 #[test]
 fn blur_is_measured_by_the_shorter_side_of_a_pixel() {
-    let small = (0..60).map(|step| with_small(EffectName::Defocus, step, 1));
-    let is_in = |scene: &Scene| RenderPlan::new(scene).active().has(EffectName::Defocus);
-    let mut scene = small.into_iter().find(|scene| !is_in(scene)).unwrap();
+    let mut scene = largest_left_out(EffectName::Defocus, 1);
     scene.render.height *= 10;
-    assert!(is_in(&scene), "{:?}", RenderPlan::new(&scene).effects()[0]);
+    let plan = RenderPlan::new(&scene);
+    assert!(plan.active().has(EffectName::Defocus), "{:?}", plan.effects()[0]);
 }
 
 /// A lamp beside the film, farther than half of its width, of which diffraction sends light all over the picture.

@@ -177,8 +177,8 @@ struct Key {
 impl Levels {
     /// 16 at least, but for the sky.
     pub(super) fn new(most: u32, fall: f64) -> Self {
-        let reached = Run::between(0, most.max(runs::FIRST_RUN)).map(Run::end);
-        let reached = reached.take_while(|&end| end <= most.max(runs::FIRST_RUN));
+        let most = most.max(runs::FIRST_RUN);
+        let reached = Run::between(0, most).map(Run::end).take_while(|&end| end <= most);
         let samples: Vec<u32> = runs::SKY_RUNS.into_iter().chain(reached).collect();
         let powers = samples.iter().map(|&n| libm::pow(f64::from(n), -fall)).collect();
         let power = 1.0 + fall;

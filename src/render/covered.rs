@@ -41,13 +41,19 @@ impl Covered {
 
     /// Whether the block in this column and row is one.
     pub(super) fn has(&self, x: u32, y: u32) -> bool {
-        is_covered(self.of_tile((x / BLOCKS, y / BLOCKS)), (y % BLOCKS * BLOCKS + x % BLOCKS) as usize)
+        let (covered, block) = self.place(x, y);
+        is_covered(covered, block)
+    }
+
+    /// The blocks of the tile that this block lies in, and its number among them.
+    fn place(&self, x: u32, y: u32) -> (Blocks, usize) {
+        (self.of_tile((x / BLOCKS, y / BLOCKS)), (y % BLOCKS * BLOCKS + x % BLOCKS) as usize)
     }
 
     /// How many samples that block begins with: see [`first_samples`].
     pub(super) fn first(&self, x: u32, y: u32, first: First) -> u32 {
-        let covered = self.of_tile((x / BLOCKS, y / BLOCKS));
-        begins_with(covered, (y % BLOCKS * BLOCKS + x % BLOCKS) as usize, first)
+        let (covered, block) = self.place(x, y);
+        begins_with(covered, block, first)
     }
 }
 

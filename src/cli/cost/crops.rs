@@ -41,7 +41,6 @@ pub(super) fn draw(study: &Study<'_>, cancel: &AtomicBool) -> Result<Vec<Crop>> 
     for (way, setting, name) in ways {
         // What the study has no row of, its scene has not.
         if study.find(way, &setting.name()).is_some() {
-            study.unless_stopped(cancel)?;
             pictures.push((study.draw(&Step { way: way.to_owned(), setting }, cancel)?, name));
         }
     }

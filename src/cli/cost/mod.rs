@@ -77,9 +77,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let study = interrupt::polled(|cancel| {
         let mut study = Study::open(&scene, &folder, limits, arguments.quick, input.read_paths());
         study.measure(cancel)?;
-        report::write(&study, &stem, &folder, cancel)?;
+        let written = report::write(&study, &stem, &folder, cancel);
         study.unless_stopped(cancel)?;
-        Ok(study)
+        written.map(|()| study)
     })
     .map_err(|error: Error| match error.kind() {
         ErrorKind::Cancelled => error,

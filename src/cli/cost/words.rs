@@ -117,6 +117,7 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
     words
 }
 
+/// A time as words give it.
 pub(super) fn duration(seconds: f64) -> String {
     if seconds < 1.0 { format!("{:.0} ms", 1e3 * seconds) } else { format!("{seconds:.1} s") }
 }
