@@ -81,9 +81,22 @@ fn render_says_what_its_error_may_hide() {
     assert!(tame.out.contains("16 x 13 pixels, 16 samples each, ") && tame.out.contains("RMS error about "));
     let one = run(&folder, &["render", "scene.toml", "-o", "o.png", "--samples", "1"]);
     assert!(one.out.contains("1 sample each") && one.out.contains("its error is unknown"), "{}", one.out);
-    // An error that no number of samples reaches, and one that is.
+    // An error that no number of samples reaches, foretold and told, and one that is.
     let beyond = run(&folder, &["render", "scene.toml", "-o", "o.png", "--max-error", "1e-9"]);
-    beyond.expect(0, &["an error of 1e-9 was asked for and ", " is reached with up to "]);
+    beyond.expect(
+        0,
+        &[
+            "an error of 1e-9 seems out of reach: ",
+            "an error of 1e-9 was asked for and ",
+            " is reached with up to ",
+        ],
+    );
+    let number = |before: &str| -> f64 {
+        let digits = beyond.err.split_once(before).unwrap().1.split([' ', ',']).next().unwrap();
+        digits.parse().unwrap()
+    };
+    let (expected, found) = (number(" may reach "), number(" asked for and "));
+    assert!((0.5..=2.0).contains(&(expected / found)), "{expected} foretold, {found} found");
     let reached = run(&folder, &["render", "scene.toml", "-o", "o.png", "--max-error", "0.02"]);
     assert_eq!((reached.code, reached.err.as_str()), (0, ""));
     assert!(reached.out.contains("samples on average (") || reached.out.contains("samples each"));

@@ -75,6 +75,14 @@ impl Progress {
         shown.bar.set_position(done);
     }
 
+    /// Does what writes lines of its own, the bar taken away meanwhile.
+    pub(super) fn pause(&self, write: impl FnOnce()) {
+        match self.bar.as_ref().map(Mutex::lock) {
+            Some(Ok(shown)) => shown.bar.suspend(write),
+            _ => write(),
+        }
+    }
+
     /// Takes the bar away.
     pub(super) fn finish(&self) {
         if let Some(Ok(shown)) = self.bar.as_ref().map(Mutex::lock) {

@@ -184,6 +184,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let simd = arguments.simd.map_or_else(SimdLevel::best, |simd| simd.0);
     let seconds = || clock.elapsed().as_secs_f64();
     let memory = input.room();
+    let beyond_reach = |expected: f64| {
+        if let Budget::MaxError(wanted) = scene.render.budget {
+            progress.pause(|| {
+                report::warnings(&[render_words::seems_beyond_reach(&input.name(), wanted, expected)])
+            });
+        }
+    };
     let rendered = interrupt::polled(|cancel| {
         let timed = arguments.stats.is_some() || matches!(scene.render.budget, Budget::Seconds(_));
         let execution = Execution {
@@ -192,6 +199,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             simd: Some(simd),
             cancel: Some(cancel),
             progress: Some(&tell),
+            beyond_reach: Some(&beyond_reach),
             clock: timed.then_some(&seconds),
             error_map: error_map.is_some(),
         };

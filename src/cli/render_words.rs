@@ -49,19 +49,54 @@ pub(super) fn too_late(file: &str, wanted: f64, stats: &Stats) -> Warning {
     }
 }
 
+/// What an error takes that so many samples do not reach.
+struct Take {
+    wanted: String,
+    samples: String,
+    /// What else to ask for.
+    more: &'static str,
+}
+
+impl Take {
+    fn new(wanted: f64, reached: f64) -> Self {
+        // An error falls about as the number of samples to the power 0.6.
+        let samples = f64::from(MOST_FOR_ERROR) * libm::pow(reached / wanted, 1.0 / 0.6);
+        let is_few = samples <= f64::from(MOST_SAMPLES);
+        Self {
+            wanted: if wanted < 1e-4 { format!("{wanted:e}") } else { wanted.to_string() },
+            samples: if samples < 1e15 {
+                format!("about {samples:.1e}")
+            } else {
+                "more than 1e15".to_owned()
+            },
+            more: if is_few { ", or for that many --samples" } else { "" },
+        }
+    }
+}
+
+/// The same as [`beyond_reach`] while there is time to stop, by the word of a few tiles.
+pub(super) fn seems_beyond_reach(file: &str, wanted: f64, expected: f64) -> Warning {
+    let Take { wanted, samples, more } = Take::new(wanted, expected);
+    Warning {
+        file: file.to_owned(),
+        line: None,
+        message: format!(
+            "an error of {wanted} seems out of reach: {MOST_FOR_ERROR} samples a pixel, the most that --max-error takes, may reach \
+             {expected:.1e}, and it would take {samples}; the picture goes on to what they reach, which takes long: stop it to ask for a \
+             larger --max-error{more}"
+        ),
+    }
+}
+
 /// An error that no reasonable number of samples reaches.
 pub(super) fn beyond_reach(file: &str, wanted: f64, reached: f64) -> Warning {
-    // An error falls about as the number of samples to the power 0.6.
-    let samples = f64::from(MOST_FOR_ERROR) * libm::pow(reached / wanted, 1.0 / 0.6);
-    let more = if samples <= f64::from(MOST_SAMPLES) { ", or for that many --samples" } else { "" };
-    let wanted = if wanted < 1e-4 { format!("{wanted:e}") } else { wanted.to_string() };
-    let take = if samples < 1e15 { format!("about {samples:.1e}") } else { "more than 1e15".to_owned() };
+    let Take { wanted, samples, more } = Take::new(wanted, reached);
     Warning {
         file: file.to_owned(),
         line: None,
         message: format!(
             "an error of {wanted} was asked for and {reached:.2e} is reached with up to {MOST_FOR_ERROR} samples a pixel, the most \
-             that --max-error takes: it would take {take} samples a pixel; ask for a larger --max-error{more}"
+             that --max-error takes: it would take {samples} samples a pixel; ask for a larger --max-error{more}"
         ),
     }
 }

@@ -187,6 +187,10 @@ impl Progressive<'_> {
             seen = self.pilot(tiles, execution, &|| false)?;
         }
         let forecast = Forecast::new(&seen.tiles, goal(AIM, &seen), ROUNDS_FALL, MOST_FOR_ERROR);
+        let least = (forecast.least / (3.0 * seen.pixels())).sqrt();
+        if let Some(tell) = execution.beyond_reach.filter(|_| least > error) {
+            tell(least);
+        }
         self.first_round(&forecast, execution)?;
         let mut before = None;
         loop {

@@ -68,6 +68,8 @@ pub(super) fn allocate(blocks: &[Block], columns: usize, goal: Goal, fall: f64, 
 pub(super) struct Forecast {
     levels: Levels,
     factor: f64,
+    /// The sum of squared errors that is left of these tiles where all have as many samples as they may.
+    pub least: f64,
 }
 
 /// The blocks of a tile, row by row.
@@ -98,7 +100,9 @@ impl Forecast {
         let errors = tiles.iter().flat_map(|tile| tile.smoothed(&levels)).collect();
         let blocks: Vec<Block> = tiles.iter().flat_map(TileBlocks::blocks).collect();
         let keys = held(&blocks, levels.keys(&blocks, errors));
-        Self { factor: factor(&blocks, &keys, goal, &levels), levels }
+        let last = levels.powers.len() - 1;
+        let left = |key: &Key| key.at_one * levels.powers[if key.weight > 0.0 { last } else { key.now }];
+        Self { factor: factor(&blocks, &keys, goal, &levels), least: keys.iter().map(left).sum(), levels }
     }
 
     /// For the blocks of a tile.
@@ -310,6 +314,8 @@ mod tests {
         assert!((9.0..=12.0).contains(&reached), "{reached}");
         assert!(wanted[1].iter().zip(&wanted[0]).all(|(more, less)| more > less), "{wanted:?}");
         assert!(wanted[2].iter().all(|&n| n == 16), "{wanted:?}");
+        let left: f64 = tiles.iter().map(|tile| error(tile, &[1 << 20; 16])).sum();
+        assert!((forecast.least / left - 1.0).abs() < 1e-9, "{} {left}", forecast.least);
         // However much is wanted, so few samples are trusted no further.
         let forecast = Forecast::new(&tiles, Goal::Error(0.001), 1.25, 1 << 20);
         assert!(forecast.wanted(&tiles[1]).iter().all(|&n| n == 16 * MOST_GROWTH));

@@ -76,6 +76,9 @@ pub struct Execution<'a> {
     /// Called from worker threads with the number of tiles done and of all; for an error or a time again from the first with
     /// each round.
     pub progress: Option<&'a (dyn Fn(usize, usize) + Sync)>,
+    /// Called once, before the long part of the work, where [`MOST_FOR_ERROR`] samples of each pixel do not seem to reach the error that is
+    /// asked for, with the error that they may reach.
+    pub beyond_reach: Option<&'a (dyn Fn(f64) + Sync)>,
     /// Seconds from any start: the library has no clock of its own. With one, [`Counts::stages`] is measured; a
     /// [`Budget::Seconds`] needs one.
     pub clock: Option<&'a (dyn Fn() -> f64 + Sync)>,
