@@ -43,8 +43,8 @@ struct Arguments {
     verb: Verb,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done; 1 something is stale (--check); 2 the scene, figure or an asset is wrong, \
-missing or refused, or has no solution; 3 a file cannot be read or written; 64 wrong usage; 75 interrupted.";
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 something is stale (--check); 2 the scene, figure or an asset is wrong, missing, refused \
+or too large for memory, or has no solution; 3 a file cannot be read or written; 64 wrong usage; 75 interrupted.";
 
 #[derive(Debug, Subcommand)]
 enum Verb {
