@@ -111,6 +111,7 @@ pub mod sampling;
 pub mod scene;
 mod shade;
 mod simd;
+mod srgb;
 pub mod stability;
 mod threads;
 

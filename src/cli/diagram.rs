@@ -238,7 +238,7 @@ fn camera_of(opened: Opened, arguments: &Arguments) -> Result<Drawn> {
     let scene = input.load()?;
     report::warnings(&scene.warnings);
     report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
-    let figure = changed(&scene, changes(arguments))?;
+    let figure = changed(&scene, changes(arguments)).map_err(|error| error.in_file(input.name()))?;
     let warn = |words: &&str| Warning {
         file: input.name(),
         line: None,

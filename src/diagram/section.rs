@@ -30,6 +30,17 @@ pub(crate) enum View {
     Oblique,
 }
 
+impl View {
+    /// In words.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Side => "side view",
+            Self::Top => "top view",
+            Self::Oblique => "oblique section",
+        }
+    }
+}
+
 /// A section plane through the lens centre, in lens space.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SectionPlane {

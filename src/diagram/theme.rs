@@ -240,10 +240,7 @@ mod tests {
     use super::*;
 
     fn linear(c: Color) -> [f64; 3] {
-        [c.r, c.g, c.b].map(|x| {
-            let x = f64::from(x) / 255.0;
-            if x <= 0.04045 { x / 12.92 } else { libm::pow((x + 0.055) / 1.055, 2.4) }
-        })
+        [c.r, c.g, c.b].map(|x| crate::srgb::decode(f64::from(x) / 255.0))
     }
 
     /// Relative luminance and contrast of the Web Content Accessibility Guidelines 2.

@@ -4,6 +4,7 @@
 
 use super::Exposure;
 use crate::error::{Error, ErrorKind, Result};
+use crate::srgb;
 use exr::prelude::{
     Blocks, Compression, Encoding, Image, Layer, LayerAttributes, LineOrder, SpecificChannels, Text, Vec2,
     WritableImage,
@@ -20,13 +21,8 @@ const PNG_COMPRESSION: png::Compression = png::Compression::Fast;
 /// Linear values at which the 8-bit sRGB code goes up by one: `sRGB^-1((i + 0.5) / 255)`.
 ///
 /// A table and a search give the rounded code itself, the same on every platform, at a tenth of a power's cost.
-pub(crate) fn srgb_steps() -> [f32; 255] {
-    std::array::from_fn(|i| linear_from_srgb((i as f64 + 0.5) / 255.0) as f32)
-}
-
-/// The sRGB transfer function's inverse (IEC 61966-2-1).
-pub(crate) fn linear_from_srgb(code: f64) -> f64 {
-    if code <= 0.04045 { code / 12.92 } else { libm::pow((code + 0.055) / 1.055, 2.4) }
+fn srgb_steps() -> [f32; 255] {
+    std::array::from_fn(|i| srgb::decode((i as f64 + 0.5) / 255.0) as f32)
 }
 
 impl Exposure {
@@ -121,13 +117,8 @@ mod tests {
     fn srgb_codes_are_rounded_to_the_nearest() {
         let steps = srgb_steps();
         for value in [0.0, 0.001, 0.0031308, 0.02, 0.18, 0.5, 0.9, 1.0] {
-            let srgb: f64 = if value <= 0.003_130_8 {
-                12.92 * value
-            } else {
-                1.055 * libm::pow(value, 1.0 / 2.4) - 0.055
-            };
             let code = steps.partition_point(|&step| step <= value as f32);
-            assert_eq!(code, (srgb * 255.0).round() as usize);
+            assert_eq!(code, (srgb::encode(value) * 255.0).round() as usize);
         }
         assert_eq!(steps.partition_point(|&step| step <= 7.0), 255);
         assert_eq!(steps.partition_point(|&step| step <= -1.0), 0);

@@ -226,8 +226,9 @@ fn materials(scene: &Scene) -> Cow<'_, [Material]> {
     materials
 }
 
-fn cancelled(execution: &Execution<'_>) -> bool {
-    execution.cancel.is_some_and(|flag| flag.load(Ordering::Relaxed))
+/// Whether the picture is no longer wanted.
+fn cancelled(cancel: Option<&AtomicBool>) -> bool {
+    cancel.is_some_and(|flag| flag.load(Ordering::Relaxed))
 }
 
 fn stopped() -> Error {

@@ -12,7 +12,7 @@ use super::highlights::Highlights;
 use super::pattern::{Points, Splits};
 use super::sharing::Asked;
 use super::stages::{Stages, Stopwatch};
-use super::stopped;
+use super::{cancelled, stopped};
 use crate::error::{Error, Result};
 use crate::plan::{Decision, RenderPlan};
 use crate::quantity::Angle;
@@ -27,7 +27,7 @@ use fearless_simd::Level;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 // Tiles of the rasterizer are the squares that share lens points.
 const _: () = assert!(sampling::GRID == TILE);
@@ -140,7 +140,7 @@ impl<'a> Picture<'a> {
             cells = diffraction.cells(&cells);
             view = view.widened(diffraction.reach()).ok_or_else(bent_too_far)?;
         }
-        let stop = || cancel.is_some_and(|flag| flag.load(Ordering::Relaxed));
+        let stop = || cancelled(cancel);
         let sun = scene.sun.as_ref().filter(|_| active.has(EffectName::Shadows)).map(|sun| Sun {
             angular_diameter: if active.has(EffectName::SoftShadows) {
                 sun.angular_diameter
@@ -222,7 +222,7 @@ impl<'a> Picture<'a> {
 
     /// Whether the picture is no longer wanted.
     pub(super) fn stopped(&self) -> bool {
-        self.cancel.is_some_and(|flag| flag.load(Ordering::Relaxed))
+        cancelled(self.cancel)
     }
 
     pub(super) fn tiles(&self) -> usize {

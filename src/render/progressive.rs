@@ -207,7 +207,7 @@ impl<'a> Progressive<'a> {
         let (covered, first_of) = (&self.covered, self.first_of());
         let finished = AtomicUsize::new(0);
         let tiles = self.picture.tiles();
-        let stop = || cancelled(execution) || late();
+        let stop = || cancelled(execution.cancel) || late();
         self.watch.lap(&mut self.counts.stages.rounds);
         let each =
             |scratch: &mut TileScratch, sums: &mut [Sum], tile, (even, odd): Kept<'_>, apart: &mut Blocks| {
@@ -263,7 +263,7 @@ impl<'a> Progressive<'a> {
             )
             .collect();
         self.watch.skip();
-        if cancelled(execution) {
+        if cancelled(execution.cancel) {
             return Err(stopped());
         }
         self.take(drawn?);

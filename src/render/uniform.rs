@@ -30,7 +30,7 @@ impl Picture<'_> {
         let mut pixels = zeroed::<[f32; 3]>(tiles * AREA)?;
         let mut errors = zeroed::<f32>(if execution.error_map { tiles * AREA } else { 0 })?;
         let finished = AtomicUsize::new(0);
-        let stop = || cancelled(execution);
+        let stop = || cancelled(execution.cancel);
         let steps: Vec<Step> = Splits::steps(samples, self.diffraction.is_some())
             .into_iter()
             .map(|(run, splits)| Step { run, splits, wanted: EVERYWHERE })

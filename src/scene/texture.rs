@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use super::mip::next_level;
 use super::outline::Outline;
 use super::smooth::Smooth;
+use crate::srgb;
 
 /// Most texels on a side.
 const SIDE_LIMIT: u32 = 16384;
@@ -246,14 +247,9 @@ fn opacities(picture: DynamicImage) -> Option<Vec<[u16; 4]>> {
     }
 }
 
-/// The sRGB decoding curve (IEC 61966-2-1), both in [0, 1].
-fn linear(encoded: f64) -> f64 {
-    if encoded <= 0.04045 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
-}
-
 fn table(entries: u32) -> Vec<u16> {
     let top = f64::from(entries - 1);
-    (0..entries).map(|v| libm::round(linear(f64::from(v) / top) * 65535.0) as u16).collect()
+    (0..entries).map(|v| libm::round(srgb::decode(f64::from(v) / top) * 65535.0) as u16).collect()
 }
 
 fn linear_from_8() -> &'static [u16; 256] {

@@ -97,7 +97,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     parts::draw(&scene, &mut canvas, Role::Whole);
     seen_through(&scene, &mut canvas, &lens, [film, sharp, unsharp]);
     sheet.push(parts::close(&scene, canvas, "main")?);
-    sheet.strip(&panel, stage::view_name(&scene), false)?;
+    sheet.strip(&panel, scene.section.view.name(), false)?;
     let group = pictures(&scene, &sheet, beside, &lens, [sharp, unsharp])?;
     sheet.items.push(Item::Group(group));
     let words = if is_upright(&scene) { "by lens point; right is up" } else { "on the film, by lens point" };

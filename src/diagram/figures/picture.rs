@@ -3,6 +3,7 @@
 
 use crate::diagram::display_list::Raster;
 use crate::error::{Error, Result};
+use crate::srgb;
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageFormat};
 
@@ -124,15 +125,12 @@ fn covered(from: f64, to: f64, count: u32) -> impl Iterator<Item = (usize, f64)>
     (first..last).map(move |i| (i, (to.min(i as f64 + 1.0) - from.max(i as f64)).max(0.0)))
 }
 
-/// IEC 61966-2-1.
 fn linear(value: u8) -> f64 {
-    let x = f64::from(value) / 255.0;
-    if x <= 0.04045 { x / 12.92 } else { libm::pow((x + 0.055) / 1.055, 2.4) }
+    srgb::decode(f64::from(value) / 255.0)
 }
 
 fn coded(light: f64) -> u8 {
-    let x = if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * libm::pow(light, 1.0 / 2.4) - 0.055 };
-    (255.0 * x).round().clamp(0.0, 255.0) as u8
+    (255.0 * srgb::encode(light)).round().clamp(0.0, 255.0) as u8
 }
 
 #[cfg(test)]

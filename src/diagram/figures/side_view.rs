@@ -278,7 +278,7 @@ impl<'a> SideView<'a> {
             Inset::Auto => !readable,
         };
         let layout = if with_inset { self.layout(&extent, top, &facts)? } else { None };
-        let view = view_name(scene.section.view);
+        let view = scene.section.view.name();
         if let Some(layout) = layout {
             scene.bundles = rays::bundles(&scene, &layout.main);
             let (mark, connectors) = inset_mark(&layout.main, &layout.inset, &self.theme);
@@ -358,14 +358,6 @@ impl<'a> SideView<'a> {
             self.triangles,
             &self.hidden,
         )
-    }
-}
-
-fn view_name(view: View) -> &'static str {
-    match view {
-        View::Side => "side view",
-        View::Top => "top view",
-        View::Oblique => "oblique section",
     }
 }
 

@@ -11,7 +11,7 @@ use crate::diagram::facts;
 use crate::diagram::panel::Panel;
 use crate::diagram::parts::{self, PARTS, Role, Scene};
 use crate::diagram::rays;
-use crate::diagram::section::{Pierce, Section, View};
+use crate::diagram::section::{Pierce, Section};
 use crate::diagram::sheet::{self, GUTTER, LEADING, MARGIN, STRIP, Sheet};
 use crate::diagram::whereabouts::{self, Cut, cut};
 use crate::diagram::words;
@@ -219,7 +219,7 @@ pub(crate) fn single(
     let fitted = extent::fit(bounds, frame, 5.0);
     scene.bundles = rays::bundles(&scene, &fitted);
     sheet.push(panel(&scene, fitted, "main", marks)?);
-    sheet.strip(&fitted, view_name(&scene), false)?;
+    sheet.strip(&fitted, scene.section.view.name(), false)?;
     end(stage, sheet, frame, title, sentences)
 }
 
@@ -285,15 +285,6 @@ pub(crate) fn slanted(scene: &Scene) -> &'static str {
         ""
     } else {
         " (This section is not square to the hinge line, and cuts it farther off.)"
-    }
-}
-
-/// How the section stands, in words.
-pub(crate) fn view_name(scene: &Scene) -> &'static str {
-    match scene.section.view {
-        View::Side => "side view",
-        View::Top => "top view",
-        View::Oblique => "oblique section",
     }
 }
 

@@ -91,7 +91,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     limits(&stage, &scene, &mut canvas, &all, &numbers);
     parts::draw(&scene, &mut canvas, Role::Whole);
     sheet.push(parts::close(&scene, canvas, "main")?);
-    sheet.strip(&panel, stage::view_name(&scene), false)?;
+    sheet.strip(&panel, scene.section.view.name(), false)?;
     let (group, enlarged) = confusion(&scene, circle, beside)?;
     sheet.items.push(Item::Group(group));
     sheet.strip(&enlarged, &format!("at the film, *f*/{}", short(number.get())), false)?;
