@@ -225,6 +225,9 @@ impl Progressive<'_> {
             return SKY_RUN;
         }
         let drawn: Vec<Block> = drawn.filter(|block| block.is_sky && block.samples == SKY_RUN).collect();
+        if drawn.is_empty() {
+            return FIRST_RUN;
+        }
         let error = drawn.iter().map(|block| block.error).sum::<f64>() / pixels(&drawn) * pixels(&all);
         let left = |samples: u32| error * libm::pow(f64::from(SKY_RUN) / f64::from(samples), 3.0);
         let most = (SKY_PART * allowed * self.picture.values()).min(SKY_MOST * SKY_MOST * 3.0 * pixels(&all));

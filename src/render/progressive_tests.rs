@@ -8,6 +8,7 @@ use super::progressive::Progressive;
 use super::{Execution, draw};
 use crate::error::Result;
 use crate::picture::{Allocation, BLOCK, Exposure};
+use crate::sampling::runs::SKY_RUN;
 use crate::scene::{LoadSettings, Memory, Scene, parse};
 use std::path::Path;
 
@@ -119,6 +120,37 @@ fn blocks_that_go_on_after_all_are_as_if_drawn_at_once() -> Result<()> {
     })?;
     let [found, wanted] = pictures;
     assert_eq!(found.rms_error(), wanted.rms_error());
+    let places = || (0..found.height()).flat_map(|y| (0..found.width()).map(move |x| (x, y)));
+    assert!(places().all(|(x, y)| found.pixel(x, y) == wanted.pixel(x, y)));
+    Ok(())
+}
+
+/// After a pilot the sky is to begin with more samples than the pilot gave it: its tiles are drawn in part again, and go on as a whole.
+#[test]
+fn tiles_whose_sky_begins_again_go_on_from_what_they_have() -> Result<()> {
+    let scene = scene(THREE)?;
+    let execution = Execution::default();
+    let pictures = draw(&scene, Sequence::Runs(256), &execution, |picture, counts| {
+        let tile = TileBlocks::new(
+            vec![Block { pixels: 64, samples: 64, error: 1e-3, cost: 1.0, is_sky: false }],
+            1,
+        );
+        let forecast = Forecast::new(&[tile], Goal::Error(1e-5), 1.5, 256);
+        let mut progressive = Progressive::new(picture, &execution, counts)?;
+        progressive.sky = SKY_RUN;
+        progressive.clear(64);
+        progressive.round(&progressive.first_samples(), &execution, &|| false)?;
+        progressive.sky = 8;
+        progressive.first_round(&forecast, &execution)?;
+        let least = |block: &Block| if block.is_sky { 8 } else { 64 };
+        assert!(progressive.blocks().iter().all(|block| block.samples >= least(block)));
+        assert!(progressive.blocks().iter().any(|block| block.samples > 64), "none went on");
+        let (found, _) = progressive.finish(&execution)?;
+        let Allocation::Blocks(samples) = found.samples() else { panic!("by block") };
+        let (wanted, _) = picture.allocated(samples, &execution, counts)?;
+        Ok([found, wanted])
+    })?;
+    let [found, wanted] = pictures;
     let places = || (0..found.height()).flat_map(|y| (0..found.width()).map(move |x| (x, y)));
     assert!(places().all(|(x, y)| found.pixel(x, y) == wanted.pixel(x, y)));
     Ok(())

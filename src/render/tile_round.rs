@@ -148,7 +148,13 @@ impl<'a> TileRound<'a> {
         then: ByBlock<u32>,
         forecast: Option<&Forecast>,
     ) -> Option<Drawn> {
+        let had = |first: &Runs| (0..now.len()).any(|block| now[block] > 0 && first.changed[block] == 0);
         let (first, is_set_up) = match self.runs(now, then, false) {
+            // Blocks of the pilot that had theirs go on from it as well, and no triangles are set up for them.
+            Some(first) if forecast.is_some() && had(&first) => {
+                let reached = std::array::from_fn(|block| now[block].max(first.changed[block]));
+                (Runs { tally: first.tally, ..self.seen(reached) }, false)
+            }
             Some(first) => (first, true),
             // Tiles of the pilot have their first run.
             None if forecast.is_some() && now == then && self.cost > 0.0 => (self.seen(now), false),
