@@ -290,3 +290,36 @@ fn falloff_is_that_of_the_whole_lens_in_focus_and_out() {
         }
     }
 }
+
+/// Light that changes over the lens as its weight does: on a curved surface and a textured one, both far out of focus, in the sky, and at
+/// the edge of a shadow. Samples that are grouped and samples by themselves make the same picture.
+#[test]
+fn falloff_weighs_each_samples_own_light() {
+    let setting = Setting { front: [30.0, 0.0], rear: [0.0, 0.0], f_number: 0.9, stretch: 1.2, rise: 0.0 };
+    let camera = camera(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, 80.0, setting);
+    for shadows in [false, true] {
+        let mut surfaces =
+            Surfaces { materials: vec![plain([0.8; 3]), plain([0.9; 3])], ..Default::default() };
+        surfaces.materials[1].diffuse_map = Some(Arc::new(noise(&mut Random(4), 16, false)));
+        let corner = |x: f64, z: f64| DVec3::new(x, -0.3, z);
+        for material in [0, 1] {
+            let [left, right] = [[-3.0, 0.0], [0.0, 3.0]][material];
+            let corners = [corner(left, 1.0), corner(right, 1.0), corner(right, -3.0), corner(left, -3.0)];
+            quad(&mut surfaces, corners, 4.0, material as u32);
+        }
+        // The first is lit as a slope.
+        let normals = [(-0.9, 0.4), (0.9, 0.4), (0.2, -0.9), (-0.2, -0.9)];
+        surfaces.normals.extend(normals.map(|(x, z)| DVec3::new(x, 0.5, z).normalize().as_vec3()));
+        (surfaces.attributes[0].normals, surfaces.attributes[1].normals) = ([0, 1, 2], [0, 2, 3]);
+        let post = [(0.3, -0.3), (0.5, -0.3), (0.5, 0.2), (0.3, 0.2)];
+        quad(&mut surfaces, post.map(|(x, y)| DVec3::new(x, y, -0.5)), 1.0, 0);
+        surfaces.build_hierarchy();
+        let mut scene = scene(&camera, surfaces, 64, 64);
+        (scene.render.falloff, scene.sun.as_mut().unwrap().shadows) = (true, shadows);
+        let alone = pixels(&scene);
+        scene.render.share_shading = true;
+        assert!(gap(&alone, &pixels(&scene)) < 1e-5, "shadows: {shadows}");
+        scene.render.falloff = false;
+        assert!(gap(&alone, &pixels(&scene)) > 0.05, "falloff is to be seen");
+    }
+}

@@ -12,7 +12,7 @@ use super::picture::Picture;
 use super::resolve::Sum;
 use super::stages::{Stages, Stopwatch};
 use crate::raster::film::TileFilm;
-use crate::raster::group::Groups;
+use crate::raster::group::{Group, Groups};
 use crate::raster::part::Part;
 use crate::raster::tile::Geometry;
 use crate::raster::view::{Batch, Pattern, from_center};
@@ -30,6 +30,8 @@ use std::sync::Mutex;
 pub(super) struct TileScratch {
     raster: raster::tile::TileScratch,
     groups: Groups,
+    /// Those of one surface, taken apart.
+    singles: Vec<Group>,
     looks: RefCell<Looks>,
     look_ups: LookUps,
     /// What stood before the sun last.
@@ -137,8 +139,17 @@ impl Picture<'_> {
         stop: &dyn Fn() -> bool,
     ) -> (Tally, usize) {
         let mut tally = Tally::default();
-        let TileScratch { raster, groups, looks, look_ups, last, sums: drawn, beside: drawn_beside, far } =
-            scratch;
+        let TileScratch {
+            raster,
+            groups,
+            singles,
+            looks,
+            look_ups,
+            last,
+            sums: drawn,
+            beside: drawn_beside,
+            far,
+        } = scratch;
         let geometry = Geometry {
             view: &self.view,
             bins: &self.bins,
@@ -246,18 +257,26 @@ impl Picture<'_> {
                 self.make_looks(&film, raster.surfaces(), groups.runs().map(|run| run[0].id), looks);
                 let mut shade = |samples: &Samples<'_>, drawn: &mut [[Vec4; 2]]| {
                     for run in groups.runs() {
-                        match (looks.get(run[0].id), &sun) {
+                        let look = looks.get(run[0].id);
+                        let (mut samples, mut run) = (*samples, run);
+                        // The weight and the light of each sample belong together: see `shade::falloff`.
+                        if self.shared && self.falloff.is_some() && self.shader.varies(look) {
+                            singles.clear();
+                            singles.extend(run.iter().flat_map(|group| group.singles()));
+                            (samples.single, run) = (true, &singles[..]);
+                        }
+                        match (look, &sun) {
                             (Some(look), Some(sun)) => {
                                 self.shader.shade_shadowed(
                                     self.level,
                                     look,
-                                    (samples, sun),
+                                    (&samples, sun),
                                     run,
                                     last,
                                     drawn,
                                 );
                             }
-                            (look, _) => self.shader.shade(self.level, look, samples, run, look_ups, drawn),
+                            (look, _) => self.shader.shade(self.level, look, &samples, run, look_ups, drawn),
                         }
                     }
                 };

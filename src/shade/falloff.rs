@@ -1,13 +1,14 @@
-//! Falloff: which part of the light arrives along each ray. In: a group of samples. Out: the mean over its even and over its odd
-//! samples of `cos(lens) cos(film) / r^2`, relative to the ray from the lens centre to the film's centre, for [`super::samples`].
+//! Falloff: which part of the light arrives along each ray. In: places of samples. Out: their weights
+//! `cos(lens) cos(film) / r^2`, relative to the ray from the lens centre to the film's centre, for [`super::samples`].
 //!
 //! Sample by sample, for a group may see through the whole lens: the weight of its mean place is another than its mean weight, at
-//! f/2.8 by 3 %.
+//! f/2.8 by 3 %. Where all light of a group is alike its mean weight does; else each sample's light has its own, for
+//! both change over the lens: the means' product was wrong by 0.002 at f/0.9, 30 degrees of tilt, however many samples there were.
 
 use super::gather::total;
-use super::samples::Samples;
+use super::samples::{Places, Rays, Samples};
 use crate::raster::group::Group;
-use fearless_simd::{Simd, SimdBase};
+use fearless_simd::{Simd, SimdBase, f32x16};
 use glam::{DVec3, Vec3};
 
 /// See the module.
@@ -32,24 +33,28 @@ impl Falloff {
         }
     }
 
+    /// The weights at 16 places.
+    #[inline(always)]
+    pub(super) fn weights<S: Simd>(&self, rays: &Rays, at: &Places<S>) -> f32x16<S> {
+        let [px, py, pz] = rays.film(at);
+        // From lens point to film point.
+        let rx = (px - at.u * rays.radius) * self.scale;
+        let ry = (py - at.v * rays.radius) * self.scale;
+        let rz = pz * self.scale;
+        let square = rx * rx + ry * ry + rz * rz;
+        let film = rx * self.normal.x + ry * self.normal.y + rz * self.normal.z;
+        (rz * film).abs() / (square * square) * self.inverse
+    }
+
     /// The mean weights of a group's even and odd samples, 0 where there are none.
     #[inline(always)]
     pub(super) fn means<S: Simd>(&self, simd: S, samples: &Samples<'_>, group: &Group) -> [f32; 2] {
-        let rays = samples.rays;
         let mut sums = [0.0; 2];
         for number in group.batches() {
             let (lanes, Some(batch)) = (group.lanes_of(number), samples.batches.get(number)) else {
                 continue;
             };
-            let at = samples.of_batch(simd, group, batch);
-            let [px, py, pz] = rays.film(&at);
-            // From lens point to film point.
-            let rx = (px - at.u * rays.radius) * self.scale;
-            let ry = (py - at.v * rays.radius) * self.scale;
-            let rz = pz * self.scale;
-            let square = rx * rx + ry * ry + rz * rz;
-            let film = rx * self.normal.x + ry * self.normal.y + rz * self.normal.z;
-            let weight = (rz * film).abs() / (square * square) * self.inverse;
+            let weight = self.weights(samples.rays, &samples.of_batch(simd, group, batch));
             sums[0] += total(simd, weight, lanes & !batch.odd);
             sums[1] += total(simd, weight, lanes & batch.odd);
         }

@@ -88,6 +88,17 @@ impl<'a> Shader<'a> {
         }
     }
 
+    /// Whether samples that see a surface of this look, or the sky, may receive another light each.
+    pub(crate) fn varies(&self, look: Option<&Look>) -> bool {
+        match look {
+            Some(look) => {
+                let is_curved = look.normal.is_some() && self.sun.is_some();
+                look.plane.is_some() || look.texture.is_some() || is_curved
+            }
+            None => self.horizon != self.zenith,
+        }
+    }
+
     /// What the look of a surface is made of: the triangle that stands for it, its corners in the lens frame, and those of one
     /// triangle that may be seen.
     pub(crate) fn parts(&self, triangle: u32, corners: [DVec3; 3], seen: [DVec3; 3]) -> LookParts {

@@ -126,6 +126,7 @@ impl LaneSums {
 }
 
 /// What all groups of up to four batches in one tile share.
+#[derive(Clone, Copy)]
 pub(crate) struct Samples<'a> {
     pub batches: &'a [Batch],
     pub means: &'a LaneSums,
@@ -189,15 +190,12 @@ impl Samples<'_> {
         [(group.lanes.count_ones() - odd) as f32, odd as f32]
     }
 
-    /// Adds the light of a group's even and odd samples to its pixel, or that of a single sample.
+    /// Of up to 16 groups what the light of each is to be weighed by before it is added, where each is a single sample; none where it is not
+    /// to be weighed.
     #[inline(always)]
-    pub(super) fn add_any<S: Simd>(&self, simd: S, group: &Group, colors: [Vec4; 2], sums: &mut Sums) {
-        if self.single {
-            let half = usize::from(self.means.odd_bit(group.lanes.trailing_zeros() as usize));
-            self.add_one(simd, group, colors[half % 2], sums);
-        } else {
-            self.add(simd, group, colors, sums);
-        }
+    pub(super) fn weights<S: Simd>(&self, at: &Places<S>) -> Option<[f32; LANES]> {
+        let falloff = self.falloff.filter(|_| self.single)?;
+        Some(falloff.weights(self.rays, at).to_array())
     }
 
     /// Adds the light of a group's even and odd samples to its pixel.
@@ -214,16 +212,13 @@ impl Samples<'_> {
         }
     }
 
-    /// Adds the light of a single sample to its pixel.
+    /// Adds the light of a single sample, weighed already, to its pixel.
     #[inline(always)]
-    pub(super) fn add_one<S: Simd>(&self, simd: S, group: &Group, mut color: Vec4, sums: &mut Sums) {
+    pub(super) fn add_one(&self, group: &Group, color: Vec4, sums: &mut Sums) {
         let lane = group.lanes.trailing_zeros() as usize;
         let half = usize::from(self.means.odd_bit(lane));
-        if let Some(falloff) = self.falloff {
-            color *= falloff.means(simd, self, group)[half];
-        }
-        let Some(batch) = self.batches.first() else { return };
-        let pixel = self.pattern.pixel(self.pattern.corner(u32::from(group.block)), batch, lane);
+        let Some(batch) = self.batches.get(lane / LANES) else { return };
+        let pixel = self.pattern.pixel(self.pattern.corner(u32::from(group.block)), batch, lane % LANES);
         if let Some(halves) = sums.get_mut((pixel.1 * TILE + pixel.0) as usize) {
             halves[half % 2] += color;
         }

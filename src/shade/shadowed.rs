@@ -223,6 +223,7 @@ fn surface<S: Simd>(
         let levels = shared.levels.to_array();
         (texture, shared, levels)
     });
+    let falloff = samples.weights(&samples.places(simd, groups));
     for (i, group) in groups.iter().enumerate().take(LANES) {
         let counts = samples.counts(group);
         let weights = &weights[i];
@@ -253,6 +254,12 @@ fn surface<S: Simd>(
             colors =
                 [0, 1].map(|half: usize| emission * counts[half] + all[half] * ambient + lit[half] * color);
         }
-        samples.add_any(simd, group, colors, sums);
+        if samples.single {
+            let [even, odd] = colors;
+            // The other half has none.
+            samples.add_one(group, (even + odd) * falloff.map_or(1.0, |falloff| falloff[i]), sums);
+        } else {
+            samples.add(simd, group, colors, sums);
+        }
     }
 }

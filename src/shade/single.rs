@@ -34,6 +34,8 @@ pub(super) fn surface<S: Simd>(
     let sides = look.lit.map(|light| diffuse * light.extend(0.0));
     for chunk in groups.chunks(LANES) {
         let at = samples.places(simd, chunk);
+        let weights = samples.weights(&at);
+        let weighed = |color: Vec4, i: usize| weights.map_or(color, |weights| color * weights[i]);
         let texels = match &texture {
             Some(texture) => texture.shared(simd, chunk, &at).texels,
             None => [Vec4::ONE; LANES],
@@ -43,14 +45,14 @@ pub(super) fn surface<S: Simd>(
                 let lights = slope.light(simd, samples.rays, &at).to_array();
                 for (i, group) in chunk.iter().enumerate().take(LANES) {
                     let color = emission + (texels[i] * ambient + texels[i] * lights[i] * sun);
-                    samples.add_one(simd, group, color, sums);
+                    samples.add_one(group, weighed(color, i), sums);
                 }
             }
             None => {
                 let away = away(simd, look, samples.rays, &at);
                 for (i, group) in chunk.iter().enumerate().take(LANES) {
                     let color = emission + texels[i] * sides[usize::from(away >> i & 1)];
-                    samples.add_one(simd, group, color, sums);
+                    samples.add_one(group, weighed(color, i), sums);
                 }
             }
         }

@@ -39,9 +39,11 @@ pub(super) fn sky<S: Simd>(
 ) {
     if samples.single {
         for chunk in groups.chunks(LANES) {
-            let rise = shader.rise(simd, samples, &samples.places(simd, chunk)).to_array();
-            for (group, &rise) in chunk.iter().zip(&rise) {
-                samples.add_one(simd, group, shader.sky_at(rise, 1.0), sums);
+            let at = samples.places(simd, chunk);
+            let rise = shader.rise(simd, samples, &at).to_array();
+            let weights = samples.weights(&at).unwrap_or([1.0; LANES]);
+            for ((group, &rise), &weight) in chunk.iter().zip(&rise).zip(&weights) {
+                samples.add_one(group, shader.sky_at(rise, 1.0) * weight, sums);
             }
         }
         return;
