@@ -26,8 +26,12 @@ const TOLERANCE: f64 = 1.0 / 64.0;
 /// Most difference between unit normals.
 const NORMALS: f64 = 1e-5;
 
-/// Most distance from the plane of a patch that shall lie in one, over the scene's extent.
+/// Most distance from the plane of a patch that shall lie in one, over the scene's extent: coordinates are rounded.
 const PLANE: f64 = 1e-7;
+
+/// The same over the longest side of the triangle that is to belong to it: a sheet of paper on a table is no part of the table, however
+/// large the scene.
+const STEP: f64 = 1e-4;
 
 /// Different patches whose triangles got the same key, at most; what is left stays single.
 const ROUNDS: usize = 8;
@@ -192,14 +196,17 @@ impl Flat {
         key
     }
 
-    /// Whether `other` looks like this surface continued, and lies no farther from its plane than `thickness`.
+    /// Whether `other`, which is smaller, looks like this surface continued, and lies no farther from its plane than `thickness` and
+    /// [`STEP`] allow.
     fn continues(&self, other: &Self, thickness: f64) -> bool {
         if other.material != self.material || (self.normal - other.normal).abs().max_element() > NORMALS {
             return false;
         }
         let across = (self.corners[1] - self.corners[0]).cross(self.corners[2] - self.corners[0]);
-        let is_far =
-            |corner: &DVec3| (corner - self.corners[0]).dot(across).abs() > thickness * across.length();
+        let [a, b, c] = other.corners;
+        let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+        let most = thickness.min(STEP * longest) * across.length();
+        let is_far = |corner: &DVec3| (corner - self.corners[0]).dot(across).abs() > most;
         if thickness.is_finite() && other.corners.iter().any(is_far) {
             return false;
         }
@@ -273,5 +280,29 @@ mod tests {
             position.y += 1e-3;
         }
         assert_eq!(Patches::new(&surfaces, false).reference.len(), 2);
+    }
+
+    #[test]
+    fn a_sheet_on_a_table_is_no_part_of_it_in_a_large_scene() {
+        let mut surfaces = Surfaces { materials: vec![Material::default_surface()], ..Surfaces::default() };
+        let mut square = |side: f64, x: f64, y: f64| {
+            let first = surfaces.positions.len() as u32;
+            let corners = [(0.0, 0.0), (side, 0.0), (side, -side), (0.0, -side)];
+            surfaces.positions.extend(corners.map(|(dx, dz)| DVec3::new(x + dx, y, dz)));
+            for corners in [[0, 1, 2], [0, 2, 3]].map(|c: [u32; 3]| c.map(|i| i + first)) {
+                surfaces.triangles.push(corners);
+                let attributes = Attributes { normals: [NONE; 3], texcoords: [NONE; 3], material: 0 };
+                surfaces.attributes.push(attributes);
+            }
+        };
+        // Far away something else; on the table a sheet of a tenth of a millimetre, and another as far above it as its coordinates are
+        // rounded.
+        square(2.0, 0.0, 0.0);
+        square(0.3, 0.5, 1e-4);
+        square(0.3, 1.0, 1e-6);
+        square(1.0, 1e5, 0.0);
+        let patches = Patches::new(&surfaces, true);
+        assert!(patches.of[2] == patches.of[3] && patches.of[2] != patches.of[0], "{:?}", patches.of);
+        assert_eq!(patches.of[4], patches.of[0]);
     }
 }
