@@ -4,9 +4,11 @@
 mod common;
 
 use common::gap;
+use common::scenes::{ALIGNED, Random, Setting, camera, plain, quad, scene};
+use glam::DVec3;
 use groundglass::Exposure;
 use groundglass::render::{Execution, render, replay};
-use groundglass::scene::{Budget, Memory, Scene, parse};
+use groundglass::scene::{Budget, Memory, Scene, Surfaces, parse};
 
 /// Corners of a rectangle that faces the camera, `z` metres nearer than the origin, as a face of an OBJ.
 fn rectangle([left, right, bottom, top]: [f64; 4], z: f64) -> String {
@@ -190,5 +192,39 @@ fn a_street_of_lamps_with_stars_is_as_wrong_as_stated() {
         let ratio: f64 = f64::sqrt(stated / found);
         println!("{samples} samples: stated {ratio:.2} of the true error");
         assert!((1.0 / 1.5..1.5).contains(&ratio), "{samples} samples: {ratio}");
+    }
+}
+
+/// Small leaves in a strong sun that gives them little light: nearly along them, from behind, or kept away by a wall. They are no lamps.
+#[test]
+fn what_the_sun_hardly_lights_is_no_lamp() {
+    let mut random = Random(4);
+    let mut leaves = Surfaces { materials: vec![plain([0.6, 0.7, 0.4])], ..Surfaces::default() };
+    for _ in 0..200 {
+        let [x, y, z] = [0, 1, 2].map(|_| 0.7 * random.next() - 0.35);
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        quad(&mut leaves, corners.map(|(a, b)| DVec3::new(x + 0.004 * a, y + 0.004 * b, z)), 1.0, 0);
+    }
+    leaves.materials.push(plain([0.3; 3]));
+    let wall = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)];
+    quad(&mut leaves, wall.map(|(x, y)| DVec3::new(x, y, 20.0)), 1.0, 1);
+    leaves.build_hierarchy();
+    let setting = Setting { f_number: 4.0, stretch: 1.1, ..ALIGNED };
+    let camera = camera(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO, 150.0, setting);
+    for (toward, light) in
+        [(DVec3::new(0.0, 1.0, 0.05), 10.0), (DVec3::new(0.0, 0.3, -1.0), 20.0), (DVec3::Z, 5.0)]
+    {
+        let mut scene = scene(&camera, leaves.clone(), 100, 16);
+        let sun = scene.sun.as_mut().unwrap();
+        (sun.toward, sun.color, sun.shadows) = (toward, DVec3::splat(light), true);
+        let truth = drawn(&scene, 99, Budget::Samples(4096));
+        for samples in [4, 16] {
+            let ratios = [1, 2, 3].map(|seed| {
+                let picture = drawn(&scene, seed, Budget::Samples(samples));
+                picture.rms_error().unwrap() / gap(&picture, &truth)
+            });
+            let mean = ratios.iter().sum::<f64>() / 3.0;
+            assert!((1.0 / 1.5..1.5).contains(&mean), "{toward} {samples}: {ratios:?}");
+        }
     }
 }

@@ -54,7 +54,7 @@ fn with_small(effect: EffectName, step: i32, seed: u64) -> Scene {
             scene(&camera, surfaces, 96, 64)
         }
         EffectName::Defocus | EffectName::ApertureShape => at(2.8 * size, seed, (seed % 3) as f64),
-        EffectName::Diffraction => at((250.0 / size).max(1.5), seed, 1.0),
+        EffectName::Diffraction => at((250.0 / size).max(1.0), seed, 1.0),
         _ => at(8.0, seed, 1.0),
     };
     // Light brighter than white, so that clipping has its say: of a lamp, by exposure, of the sun, of the sky.
@@ -338,6 +338,79 @@ fn what_only_the_rim_of_the_lens_sees_is_in_view() {
         scene.render.effects =
             EffectChoice { without: [EffectName::Defocus].into_iter().collect(), ..Default::default() };
         assert_eq!(gap(&whole, &draw(&scene)) > 0.01, is_in, "{side}");
+    }
+}
+
+/// A card close before the lens and beside its axis, behind a film so small that its blur is hundreds of times as wide: no place of the lens that
+/// looks along the axis sees it.
+#[test]
+fn what_is_blurred_over_far_more_than_the_film_is_in_view() {
+    let mut camera =
+        camera(DVec3::ZERO, DVec3::NEG_Z, 100.0, Setting { f_number: 2.0, stretch: 1.02, ..ALIGNED });
+    (camera.film.width, camera.film.height) = (Length::millimetres(9.0), Length::millimetres(7.2));
+    camera.near = Length::millimetres(5.0);
+    let distance = 0.1 * 1.02 / 0.02;
+    // 9 mm off the axis; or beyond what the lens can show.
+    for (turned, side, off) in [
+        (0.0, 0.004, 0.009),
+        (0.7, 0.004, 0.009),
+        (2.0, 0.004, 0.009),
+        (0.0, 1e-4, 0.009),
+        (0.0, 0.004, 0.09),
+    ] {
+        let is_in = off < 0.05;
+        let mut surfaces =
+            Surfaces { materials: vec![plain([0.9; 3]), plain([0.0; 3])], ..Surfaces::default() };
+        let wall = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)];
+        quad(&mut surfaces, wall.map(|(x, y)| DVec3::new(x, y, -distance)), 1.0, 0);
+        let (sin, cos) = (libm::sin(turned), libm::cos(turned));
+        let card = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| {
+            let (x, y) = (off + side * x, side * y);
+            DVec3::new(cos * x - sin * y, sin * x + cos * y, -0.02)
+        });
+        quad(&mut surfaces, card, 1.0, 1);
+        let mut scene = scene(&camera, surfaces, 40, 256);
+        (scene.sun, scene.sky.ambient) = (None, DVec3::ONE);
+        scene.sky.zenith = scene.sky.horizon;
+        let plan = RenderPlan::new(&scene);
+        assert_eq!(
+            plan.active().has(EffectName::Defocus),
+            is_in,
+            "{turned} {side} {off}: {:?}",
+            plan.effects()[0]
+        );
+    }
+}
+
+/// Ground that the sun grazes and vertex normals show as bright as day: a penumbra is long there, and to be seen.
+#[test]
+fn penumbras_on_what_normals_turn_to_the_sun_are_in() {
+    for (height, diameter, is_in) in [(3.0_f64, 0.53, true), (1.0, 0.05, true), (60.0, 0.02, false)] {
+        let setting = Setting { f_number: 500.0, ..ALIGNED };
+        let camera = camera(DVec3::new(0.0, 8.0, 0.01), DVec3::ZERO, 80.0, setting);
+        let mut surfaces = Surfaces { materials: vec![plain([0.9; 3])], ..Surfaces::default() };
+        let ground = [(-6.0, 6.0), (6.0, 6.0), (6.0, -6.0), (-6.0, -6.0)];
+        quad(&mut surfaces, ground.map(|(x, z)| DVec3::new(x, 0.0, z)), 1.0, 0);
+        let angle = height.to_radians();
+        let (low, high) = (libm::cos(angle), libm::sin(angle));
+        let toward = DVec3::new(0.92 * low, high, 0.39 * low).normalize();
+        surfaces.normals.push(toward.as_vec3());
+        surfaces.attributes.iter_mut().for_each(|attributes| attributes.normals = [0; 3]);
+        for i in 0..8 {
+            let z = 1.1 * f64::from(i) - 4.0;
+            let fence = [(-4.0, 0.0, z), (3.5, 0.0, z + 3.0), (3.5, 0.06, z + 3.0), (-4.0, 0.06, z)];
+            quad(&mut surfaces, fence.map(|(x, y, z)| DVec3::new(x, y, z)), 1.0, 0);
+        }
+        surfaces.build_hierarchy();
+        let mut scene = scene(&camera, surfaces, 80, 256);
+        let sun = scene.sun.as_mut().unwrap();
+        (sun.toward, sun.color, sun.shadows, sun.angular_diameter) =
+            (toward, DVec3::ONE, true, Angle::degrees(diameter));
+        scene.sky.ambient = DVec3::ZERO;
+        let plan = RenderPlan::new(&scene);
+        assert_eq!(plan.active().has(EffectName::SoftShadows), is_in, "{height}: {:?}", plan.effects());
+        let change = change(&scene);
+        assert!(change < plan.tolerance(), "{height}, {diameter}: {change}");
     }
 }
 

@@ -4,7 +4,7 @@
 use super::diffraction;
 use crate::optics::Optics;
 use crate::scene::Scene;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// How much larger than the film the part of a triangle's plane is that is looked at: blur and diffraction bring in what lies
 /// beside it.
@@ -54,7 +54,39 @@ impl<'a> Frame<'a> {
                 found.extend(self.seen_from(before.clone(), self.lens(lens)));
             }
         }
+        if found.is_empty() {
+            for lens in self.blurred_onto_film(&before) {
+                found.extend(self.seen_from(before.clone(), self.lens(lens)));
+            }
+        }
         found
+    }
+
+    /// Lens points, in aperture radii, from which something of a convex polygon is seen at one of nine points of the film: what is
+    /// so near that it is blurred over more of it than [`LENS`] tells of. A polygon's points are seen at a film point from lens points that
+    /// are a polygon too, on each side of the plane of focus: the nearest to the lens's middle is taken, if it is within the lens.
+    fn blurred_onto_film(&self, polygon: &[DVec3]) -> Vec<[f64; 2]> {
+        let focus = self.optics.focus_plane();
+        let [across, up] = self.around.map(|reach| reach / MARGIN);
+        let mut found = Vec::new();
+        for sign in [1.0, -1.0] {
+            let part = clip(polygon.to_vec(), |p| sign * (focus.m.dot(p) + focus.e));
+            let middle = part.iter().sum::<DVec3>() / part.len() as f64;
+            // What is in focus is seen from all of the lens at once.
+            let images: Vec<_> = part.iter().map(|p| self.images(p.lerp(middle, 1e-6))).collect();
+            for at in [[0, 0], [0, 1], [0, -1], [1, 0], [-1, 0], [1, 1], [1, -1], [-1, 1], [-1, -1]] {
+                let film = DVec3::new(across * f64::from(at[0]), up * f64::from(at[1]), 1.0);
+                let lens: Vec<DVec2> = images.iter().map(|&images| seen_at(images, film)).collect();
+                let nearest = nearest_to_middle(&lens);
+                found.extend(nearest.filter(|lens| lens.length_squared() <= 1.0).map(|lens| lens.to_array()));
+            }
+        }
+        found
+    }
+
+    /// The homogeneous film points of a point through the middle of the lens and one aperture radius from there, along each axis.
+    fn images(&self, point: DVec3) -> [DVec3; 3] {
+        [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|lens| self.optics.film_image(self.lens(lens), point))
     }
 
     /// The blur of corners in pixels. Infinite where a point has no ellipse, being at the side of some lens point; and 0
@@ -82,9 +114,7 @@ impl<'a> Frame<'a> {
     /// tilted lens much is before it, and beside or behind what the film can see.) Images are affine in the lens point, so the
     /// most over the lens's disk is that of an affine function; and convex in the place, so corners tell of all between them.
     fn is_beside(&self, polygon: &[DVec3]) -> bool {
-        let lens = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|at| self.lens(at));
-        let images: Vec<_> =
-            polygon.iter().map(|&p| lens.map(|lens| self.optics.film_image(lens, p))).collect();
+        let images: Vec<_> = polygon.iter().map(|&p| self.images(p)).collect();
         let most = |side: DVec3, [middle, u, v]: [DVec3; 3]| {
             side.dot(middle) + libm::hypot(side.dot(u - middle), side.dot(v - middle))
         };
@@ -131,6 +161,32 @@ const LENS: [[f64; 2]; 12] = {
         [high, -low],
     ]
 };
+
+/// From which lens point, in aperture radii, a point with these [`Frame::images`] is seen at a point of the film: they are affine in the
+/// lens point.
+fn seen_at([middle, u, v]: [DVec3; 3], film: DVec3) -> DVec2 {
+    let off = |image: DVec3| image.truncate() - film.truncate() * image.z;
+    let (from, u, v) = (off(middle), off(u - middle), off(v - middle));
+    DVec2::new(v.perp_dot(from), from.perp_dot(u)) / u.perp_dot(v)
+}
+
+/// The point of a convex polygon that is nearest to the origin; none where there is no number.
+fn nearest_to_middle(corners: &[DVec2]) -> Option<DVec2> {
+    let sides = corners.iter().zip(corners.iter().cycle().skip(1));
+    let turns = sides.clone().map(|(a, b)| a.perp_dot(*b));
+    if corners.len() > 2 && (turns.clone().all(|turn| turn > 0.0) || turns.clone().all(|turn| turn < 0.0)) {
+        return Some(DVec2::ZERO);
+    }
+    let of_side = |(a, b): (&DVec2, &DVec2)| {
+        let along = b - a;
+        let part = (-a.dot(along) / along.length_squared()).clamp(0.0, 1.0);
+        *a + along * if part.is_finite() { part } else { 0.0 }
+    };
+    sides
+        .map(of_side)
+        .filter(|p| p.is_finite())
+        .min_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
+}
 
 /// The part of a convex polygon where an affine function is not negative.
 fn clip(polygon: Vec<DVec3>, side: impl Fn(DVec3) -> f64) -> Vec<DVec3> {

@@ -5,6 +5,7 @@
 
 mod diffraction;
 mod frame;
+mod grazing;
 mod light;
 mod reason;
 mod seen;
@@ -48,7 +49,7 @@ pub(crate) struct Decision {
 impl RenderPlan {
     /// The plan of a scene, with its numbers. It looks at all triangles.
     pub fn new(scene: &Scene) -> Self {
-        let view = View::of(scene);
+        let view = View::of(scene, &|| false);
         let choice = scene.render.effects;
         let mut effects = Vec::with_capacity(EffectName::ALL.len());
         let (mut active, mut left_out) = (EffectSet::default(), EffectSet::default());
@@ -77,9 +78,10 @@ impl RenderPlan {
     }
 
     /// What is drawn, and what of it is left out as too small: what [`RenderPlan::new`] finds, without its words and as fast as
-    /// may be. What is not in view, such as textures, costs nothing and stays in.
-    pub(crate) fn decide(scene: &Scene) -> Decision {
-        let (choice, view) = (scene.render.effects, View::of(scene));
+    /// may be. What is not in view, such as textures, costs nothing and stays in. Once it is to `stop` it may be wrong, for nothing is
+    /// drawn then.
+    pub(crate) fn decide(scene: &Scene, stop: &(dyn Fn() -> bool + Sync)) -> Decision {
+        let (choice, view) = (scene.render.effects, View::of(scene, stop));
         let mut decision = Decision::default();
         for name in EffectName::ALL {
             if !asks(scene, name) || choice.without.has(name) {

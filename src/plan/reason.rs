@@ -1,7 +1,7 @@
 //! Why an effect is in a picture or not, in words: the number that decides against its threshold.
 
 use super::small::{BLUR_PX, View};
-use super::{asks, diffraction, light};
+use super::{asks, diffraction, light, tolerance};
 use crate::scene::{EffectName, Scene};
 
 /// Whether it is asked for, whether it is seen, and the number that says so.
@@ -124,12 +124,23 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
             };
             let degrees = scene.sun.as_ref().map_or(0.0, |sun| sun.angular_diameter.as_degrees());
             let sun = if asked { format!("a sun of {} degrees, ", digits(degrees)) } else { String::new() };
+            let most = tolerance(scene);
+            let grazing = match view.grazing() {
+                0.0 => String::new(),
+                change => {
+                    let change = beside(change, most);
+                    format!(
+                        ", or by {change} RMS where normals turn to a sun that grazes, threshold {}",
+                        digits(most)
+                    )
+                }
+            };
             (
                 asked,
                 is_seen,
                 format!(
                     "{key}{sun}penumbra up to {width} square to the light, threshold {threshold} px, or sunlight changes by up to {}, \
-                     threshold {}",
+                     threshold {}{grazing}",
                     beside(light::softening(scene), view.falloff_threshold()),
                     digits(view.falloff_threshold())
                 ),

@@ -1,5 +1,6 @@
 //! What a picture shows, as far as a plan must know: which materials, and how blurred. Bounds, found from corners of
-//! triangles without drawing: nothing that is seen is missed, some that is hidden is counted.
+//! triangles without drawing: nothing that is seen is missed, some that is hidden is counted. What is found once it is to `stop` tells
+//! nothing.
 
 use super::frame::Frame;
 use crate::scene::{NONE, Scene, bounds};
@@ -35,12 +36,11 @@ struct Part {
 
 impl Seen {
     /// Whether anything in view is blurred by at least `threshold` pixels.
-    pub(super) fn has_blur_of(scene: &Scene, threshold: f64) -> bool {
+    pub(super) fn has_blur_of(scene: &Scene, threshold: f64, stop: Stop<'_>) -> bool {
         let (optics, surfaces) = (&scene.optics, &scene.surfaces);
         let (frame, bound) = (Frame::new(scene), optics.blur_bound());
-        surfaces.triangles.par_iter().any(|corners| {
-            let world = corners.map(|i| surfaces.positions[i as usize]);
-            let corners = world.map(|p| optics.world_from_lens().point_inverse(p));
+        any(surfaces.triangles.len(), stop, |t| {
+            let corners = surfaces.corners(t).map(|p| optics.world_from_lens().point_inverse(p));
             // Mostly its corners tell enough: nothing between them is blurred more, and nothing is seen behind the lens.
             let is_before = |&corner: &DVec3| bound.depth(corner) >= frame.near;
             let is_small = |&corner: &DVec3| bound.at(corner) < threshold * frame.pixel;
@@ -54,14 +54,14 @@ impl Seen {
     }
 
     /// Whether [`Self::shadow`] is at least `threshold` pixels.
-    pub(super) fn has_shadow_of(scene: &Scene, threshold: f64) -> bool {
+    pub(super) fn has_shadow_of(scene: &Scene, threshold: f64, stop: Stop<'_>) -> bool {
         let (optics, surfaces) = (&scene.optics, &scene.surfaces);
         let (frame, light) = (Frame::new(scene), Light::of(scene));
         let Some(light) = light else { return false };
-        surfaces.triangles.par_iter().any(|corners| {
-            let world = corners.map(|i| surfaces.positions[i as usize]);
+        any(surfaces.triangles.len(), stop, |t| {
+            let world = surfaces.corners(t);
             let corners = world.map(|p| optics.world_from_lens().point_inverse(p));
-            let way = light.way_to(world);
+            let way = light.way_to(surfaces.corners(t));
             // Mostly its corners tell enough: what is in view of it lies between them, no nearer and no farther. (A little more,
             // for rounding.)
             let beyond = corners.map(|p| optics.film_normal().dot(p) > 0.0);
@@ -76,7 +76,7 @@ impl Seen {
         })
     }
 
-    pub(super) fn new(scene: &Scene) -> Self {
+    pub(super) fn new(scene: &Scene, stop: Stop<'_>) -> Self {
         let (optics, surfaces) = (&scene.optics, &scene.surfaces);
         let (frame, light) = (Frame::new(scene), Light::of(scene));
         let empty = Part {
@@ -87,17 +87,16 @@ impl Seen {
             shadow: 0.0,
             triangles: 0,
         };
-        let of_chunk = |first: usize, triangles: &[[u32; 3]]| {
+        let of_chunk = |chunk: std::ops::Range<usize>| {
             let mut part = empty.clone();
-            for (i, corners) in triangles.iter().enumerate() {
-                let world = corners.map(|i| surfaces.positions[i as usize]);
-                let corners = world.map(|p| optics.world_from_lens().point_inverse(p));
+            for t in chunk {
+                let corners = surfaces.corners(t).map(|p| optics.world_from_lens().point_inverse(p));
                 let corners = frame.in_view(corners);
                 for blur in frame.blurs(&corners) {
                     part.blur = [part.blur[0].max(blur), part.blur[1].min(blur)];
                 }
                 let is_in_view = !corners.is_empty();
-                let attributes = &surfaces.attributes[first + i];
+                let attributes = &surfaces.attributes[t];
                 let (material, is_textured) = (attributes.material as usize, attributes.texcoords[0] != NONE);
                 part.anywhere[0][material] = true;
                 part.anywhere[1][material] |= is_textured;
@@ -106,18 +105,20 @@ impl Seen {
                     part.textured[material] |= is_textured;
                     part.triangles += 1;
                     if let Some(light) = &light {
-                        part.shadow = part.shadow.max(light.way_to(world) * frame.magnification(&corners));
+                        part.shadow = part
+                            .shadow
+                            .max(light.way_to(surfaces.corners(t)) * frame.magnification(&corners));
                     }
                 }
             }
             part
         };
-        const CHUNK: usize = 4096;
-        let whole = surfaces
-            .triangles
-            .par_chunks(CHUNK)
-            .enumerate()
-            .map(|(chunk, triangles)| of_chunk(chunk * CHUNK, triangles))
+        let count = surfaces.triangles.len();
+        let whole = (0..count)
+            .into_par_iter()
+            .step_by(CHUNK)
+            .filter(|_| !stop())
+            .map(|first| of_chunk(first..(first + CHUNK).min(count)))
             .reduce(|| empty.clone(), Part::join);
         Self {
             materials: whole.materials,
@@ -128,6 +129,17 @@ impl Seen {
             triangles: whole.triangles,
         }
     }
+}
+
+/// Triangles between two looks at whether to stop: some milliseconds.
+pub(super) const CHUNK: usize = 4096;
+
+pub(super) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
+
+/// Whether any of so many triangles `has` it, or it is to stop.
+fn any(triangles: usize, stop: Stop<'_>, has: impl Fn(usize) -> bool + Sync) -> bool {
+    let chunk = |first: usize| first..(first + CHUNK).min(triangles);
+    (0..triangles).into_par_iter().step_by(CHUNK).any(|first| stop() || chunk(first).any(&has))
 }
 
 impl Part {
@@ -145,24 +157,32 @@ impl Part {
     }
 }
 
-/// The sun's direction, and the box of all that may stand before it.
-struct Light {
-    toward: DVec3,
+/// How wide the sun's disk is at a distance of one; 0 without a sun.
+pub(super) fn sun_width(scene: &Scene) -> f64 {
+    let half = scene.sun.as_ref().map_or(0.0, |sun| 0.5 * sun.angular_diameter.as_radians());
+    2.0 * libm::tan(half.min(1.5))
+}
+
+/// The sun's direction, how wide its disk is at a distance of one, and the box of all that may stand before it.
+pub(super) struct Light {
+    pub(super) toward: DVec3,
+    pub(super) width: f64,
     bounds: [DVec3; 2],
 }
 
 impl Light {
     /// None without a sun.
-    fn of(scene: &Scene) -> Option<Self> {
+    pub(super) fn of(scene: &Scene) -> Option<Self> {
         let sun = scene.sun.as_ref()?;
         Some(Self {
             toward: sun.toward.normalize_or_zero(),
+            width: sun_width(scene),
             bounds: bounds(scene.surfaces.positions.iter().copied()),
         })
     }
 
     /// The longest way that light goes within the box to a point of a triangle, metres.
-    fn way_to(&self, corners: [DVec3; 3]) -> f64 {
+    pub(super) fn way_to(&self, corners: [DVec3; 3]) -> f64 {
         let [low, high] = self.bounds;
         // To each side of the box: it grows evenly over the triangle, so that a corner has the most.
         let sides = (0..3).map(|axis| {

@@ -3,8 +3,8 @@
 
 use super::frame::{around, pixel};
 use super::light::{self, brightest};
-use super::seen::Seen;
-use super::{TOLERANCE, asks, diffraction, tolerance};
+use super::seen::{Seen, sun_width};
+use super::{TOLERANCE, asks, diffraction, grazing, tolerance};
 use crate::scene::{EffectName, Scene, bounds};
 use glam::DVec3;
 use std::cell::OnceCell;
@@ -34,16 +34,25 @@ pub(super) struct View<'a> {
     /// Lengths in pixels that are taken for nothing, over the usual ones; changes of light go by its square.
     pub(super) scale: f64,
     seen: OnceCell<Seen>,
+    grazing: OnceCell<f64>,
+    /// Whether the plan is no longer wanted.
+    stop: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl<'a> View<'a> {
-    pub(super) fn of(scene: &'a Scene) -> Self {
-        Self { scene, scale: (tolerance(scene) / TOLERANCE).sqrt(), seen: OnceCell::new() }
+    pub(super) fn of(scene: &'a Scene, stop: &'a (dyn Fn() -> bool + Sync)) -> Self {
+        Self {
+            scene,
+            scale: (tolerance(scene) / TOLERANCE).sqrt(),
+            seen: OnceCell::new(),
+            grazing: OnceCell::new(),
+            stop,
+        }
     }
 
     /// What the picture shows: this looks at all triangles, once.
     pub(super) fn seen(&self) -> &Seen {
-        self.seen.get_or_init(|| Seen::new(self.scene))
+        self.seen.get_or_init(|| Seen::new(self.scene, self.stop))
     }
 
     /// How bright the brightest light in view is; at least white, 1. Of a light so many times as bright so small a part makes
@@ -79,32 +88,40 @@ impl<'a> View<'a> {
         if self.seen.get().is_some() {
             return self.blur() >= self.threshold(usual, self.light());
         }
-        let has = |light: f64| Seen::has_blur_of(self.scene, self.threshold(usual, light));
+        let has = |light: f64| Seen::has_blur_of(self.scene, self.threshold(usual, light), self.stop);
         has(1.0) || {
             let most = brightest(self.scene, |_| true);
             most > 1.0 && has(most) && self.blur() >= self.threshold(usual, self.light())
         }
     }
 
-    /// How wide the sun's disk is at a distance of one; 0 without a sun.
-    fn sun(&self) -> f64 {
-        let half = self.scene.sun.as_ref().map_or(0.0, |sun| 0.5 * sun.angular_diameter.as_radians());
-        2.0 * libm::tan(half.min(1.5))
-    }
-
     /// The widest penumbra: the sun's disk over the longest way light can go between two surfaces, as large as it is drawn, in
-    /// pixels. Measured square to the light: where that grazes a surface its penumbra is longer, and as much darker.
+    /// pixels. Measured square to the light: where that grazes a surface its penumbra is longer, and as much darker; but for normals that
+    /// say otherwise, [`Self::grazing`].
     pub(super) fn penumbra(&self) -> f64 {
-        (self.sun() * self.seen().shadow).min(self.farthest_penumbra())
+        (sun_width(self.scene) * self.seen().shadow).min(self.farthest_penumbra())
     }
 
-    /// Whether the widest penumbra reaches its threshold.
+    /// How much the picture changes where the sun grazes what normals turn to it, RMS.
+    pub(super) fn grazing(&self) -> f64 {
+        *self.grazing.get_or_init(|| grazing::change(self.scene, self.stop))
+    }
+
+    /// Whether the widest penumbra reaches its threshold, or others change as much as shows.
     fn has_penumbra(&self) -> bool {
+        self.has_wide_penumbra() || self.grazing() >= tolerance(self.scene)
+    }
+
+    fn has_wide_penumbra(&self) -> bool {
         match self.seen.get() {
             Some(_) => self.penumbra() >= self.penumbra_threshold(),
             None => {
                 self.farthest_penumbra() >= self.penumbra_threshold()
-                    && Seen::has_shadow_of(self.scene, self.penumbra_threshold() / self.sun())
+                    && Seen::has_shadow_of(
+                        self.scene,
+                        self.penumbra_threshold() / sun_width(self.scene),
+                        self.stop,
+                    )
             }
         }
     }
@@ -118,7 +135,7 @@ impl<'a> View<'a> {
     fn has_shadow(&self) -> bool {
         match self.seen.get() {
             Some(seen) => seen.shadow > 0.0,
-            None => Seen::has_shadow_of(self.scene, f64::MIN_POSITIVE),
+            None => Seen::has_shadow_of(self.scene, f64::MIN_POSITIVE, self.stop),
         }
     }
 
@@ -136,7 +153,7 @@ impl<'a> View<'a> {
         let corners = light::FILM.map(|(x, y)| optics.film_point(2.0 * x * right, 2.0 * y * up).length());
         let farthest = corners.into_iter().fold(0.0, f64::max);
         let magnification = farthest * farthest / optics.film_plane().e.abs() / nearest / pixel(scene);
-        self.sun() * extent * magnification
+        sun_width(self.scene) * extent * magnification
     }
 
     pub(super) fn blur_threshold(&self) -> f64 {

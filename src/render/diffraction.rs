@@ -7,9 +7,9 @@
 //! widened by what samples may be displaced. Most go less than a ring and few go fifty, so samples are sorted by how far they
 //! go, and batches of three classes have boxes of their own.
 //!
-//! How a frequency goes to the film is taken at each tile's centre. Within the tile, 16 pixels to a side, distance and direction
-//! change by about 16 pixels over the film's distance `r`, and so does the place of a ring: Airy's first dark ring, of
-//! `1.22 lambda r / A`, is off by about `20 lambda / A` pixels at most: 0.01 for an aperture of a millimetre.
+//! How a frequency goes to the film is taken at each tile's centre. Along a film on which rays lean by an angle `a` a ring goes as the square
+//! of their length, so 16 pixels from there Airy's first dark ring, of `1.22 lambda r / A`, is off by about `40 tan(a) lambda / A`
+//! pixels: 0.02 at 45 degrees for an aperture of a millimetre.
 
 use crate::optics::Optics;
 use crate::raster::view::{Batch, LensCell, Pattern, View};

@@ -11,6 +11,7 @@
 
 use super::clipped::{self, expected_error, missed_rim};
 use super::diffraction::Disk;
+use super::lit::Lit;
 use super::picture::Picture;
 use super::resolve::{ByBlock, Sum, block_place, places};
 use super::spread::Spread;
@@ -19,7 +20,7 @@ use crate::raster::bounds::Frustum;
 use crate::raster::view::View;
 use crate::sampling::ApertureShape;
 use crate::scene::{Material, Scene, Surfaces};
-use crate::shade::Sight;
+use crate::shade::{ShadowSun, Sight};
 use fearless_simd::Level;
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
@@ -81,14 +82,17 @@ impl Highlights {
     }
 
     /// `positions` are those of the surfaces, in the lens frame. Diffraction spreads light over `disks`. A pixel has
-    /// `samples` at least. What stands before a light that few samples meet keeps its part away.
+    /// `samples` at least. What stands before a light that few samples meet keeps its part away, and what stands before the `sun`, where that
+    /// casts shadows, the sun's. Once it is to `stop` what is found tells
+    /// nothing.
     pub(super) fn new(
         (scene, materials): (&Scene, &[Material]),
         (view, shape): (&View, &ApertureShape),
         positions: &[DVec3],
         (samples, gain): (u32, f32),
         disks: &[Disk],
-        level: Level,
+        sun: Option<&ShadowSun<'_>>,
+        (level, stop): (Level, &(dyn Fn() -> bool + Sync)),
     ) -> Self {
         let surfaces = &scene.surfaces;
         let (columns, rows) = (view.width.div_ceil(BLOCK) as usize, view.height.div_ceil(BLOCK) as usize);
@@ -105,18 +109,22 @@ impl Highlights {
         // What changes from block to block; sums along rows then give what there is. A span may end past the last column.
         let stride = columns + 2;
         let frustum = Frustum::new(view);
-        let place = |&p: &DVec3| frustum.contains(p).then(|| pixel(view, p));
+        let place = |&p: &DVec3| (!stop() && frustum.contains(p)).then(|| pixel(view, p));
         let places: Vec<Option<DVec2>> = positions.par_iter().map(place).collect();
         let small: Vec<Small> = (0..surfaces.triangles.len())
             .into_par_iter()
-            .filter(is_bright)
+            .filter(|t| is_bright(t) && !stop())
             .filter_map(|t| {
                 let [a, b, c] = surfaces.triangles[t].map(|i| i as usize);
                 // What comes near the lens is not small.
                 let [pa, pb, pc] = [places[a]?, places[b]?, places[c]?];
+                let Lit { own, sun } = Lit::of(scene, materials, t);
+                if ((own + sun) * gain).max_element() < BRIGHT {
+                    return None;
+                }
                 let area = 0.5 * (pb - pa).perp_dot(pc - pa).abs();
                 let spread = Spread::of([pa, pb, pc]).over(blur(view, positions[a], pa));
-                Some(Small { triangle: t, area, spread })
+                Some(Small { triangle: t, area, spread, own: own * gain, sun: sun * gain })
             })
             .collect();
         // Through the disk that spreads them farthest few samples meet even a light that most meet without diffraction.
@@ -127,20 +135,21 @@ impl Highlights {
             disks.iter().any(of_disk)
         };
         let meshes = (&scene.surfaces, materials);
-        let free = free(level, meshes, (view, shape), positions, (&small, is_rare));
-        let lamps = lamps(&small, &free, |t| {
+        let free = free((level, stop), meshes, (view, shape), positions, sun, (&small, is_rare));
+        let lit = small.iter().zip(free).take_while(|_| !stop());
+        let lamps = lamps(lit, |t| {
             let own = f64::from(materials[surfaces.attributes[t].material as usize].coverage);
             (surfaces.attributes[t].material, own)
         });
         let of_disk = |disk: &Disk| {
             let mut lights = vec![Light::default(); stride * rows];
-            for &(material, area, blurred) in &lamps {
+            for &(shown, area, blurred) in lamps.iter().take_while(|_| !stop()) {
                 let spread = over(blurred, disk);
                 let share = (area * disk.share / spread.area()).min(1.0);
                 if !share.is_finite() || share == 0.0 {
                     continue;
                 }
-                let light = Light { covered: 1.0, share, mean: shown[material as usize].as_dvec3() * share };
+                let light = Light { covered: 1.0, share, mean: shown * share };
                 spread.cover([view.width, view.height], |row, column, by| {
                     lights[row * stride + column].add(&light, by);
                 });
@@ -205,11 +214,13 @@ impl Unseen {
     }
 }
 
-/// A small bright triangle: its area where it is seen, square pixels, and where the lens spreads it.
+/// A small bright triangle: its area where it is seen, square pixels, where the lens spreads it, and its light as shown ([`Lit`]).
 struct Small {
     triangle: usize,
     area: f64,
     spread: Spread,
+    own: Vec3,
+    sun: Vec3,
 }
 
 /// A spread again, over a disk of diffraction.
@@ -217,21 +228,29 @@ fn over(spread: Spread, disk: &Disk) -> Spread {
     spread.over([DVec2::X * disk.reach.x, DVec2::Y * disk.reach.y])
 }
 
-/// Triangles of one `material` that are spread over the same place, as one light each, with the area that is `free`, and by how much
-/// they cover: what each of a lamp's triangles covers is mostly the same few pixels.
-fn lamps(small: &[Small], free: &[f64], material: impl Fn(usize) -> (u32, f64)) -> Vec<(u32, f64, Spread)> {
-    let mut places: BTreeMap<_, Vec<(f64, Spread)>> = BTreeMap::new();
-    for (light, free) in small.iter().zip(free) {
+/// Triangles of one `material`, each with the parts of its own light and of the sun's that are free, that are spread over the same place, as
+/// one light each: what it shows on the mean, the area that is free, and where it is spread, by how much they cover: what each of a lamp's
+/// triangles covers is mostly the same few pixels.
+fn lamps<'a>(
+    small: impl Iterator<Item = (&'a Small, [f64; 2])>,
+    material: impl Fn(usize) -> (u32, f64),
+) -> Vec<(DVec3, f64, Spread)> {
+    let mut places: BTreeMap<_, (DVec3, Vec<(f64, Spread)>)> = BTreeMap::new();
+    for (light, [free, sunlit]) in small {
         let (material, coverage) = material(light.triangle);
         let area = light.area * free * coverage;
-        if area > 0.0 && light.spread.area().is_finite() {
-            places.entry((material, light.spread.square())).or_default().push((area, light.spread));
+        let shown = light.own + light.sun * sunlit as f32;
+        if area > 0.0 && light.spread.area().is_finite() && shown.max_element() >= BRIGHT {
+            let (all, parts) = places.entry((material, light.spread.square())).or_default();
+            *all += shown.as_dvec3() * area;
+            parts.push((area, light.spread));
         }
     }
-    let lamp = |((material, _), parts): ((u32, _), Vec<(f64, Spread)>)| {
-        (material, parts.iter().map(|(area, _)| area).sum(), Spread::together(&parts))
+    let lamp = |(all, parts): (DVec3, Vec<(f64, Spread)>)| {
+        let area: f64 = parts.iter().map(|(area, _)| area).sum();
+        (all / area, area, Spread::together(&parts))
     };
-    places.into_iter().map(lamp).collect()
+    places.into_values().map(lamp).collect()
 }
 
 /// The blocks of a tile that were raised, and what is known of all that lights may be unseen in: sums of squared errors by the word of
@@ -377,21 +396,29 @@ impl Picture<'_> {
     }
 }
 
-/// The parts of the light of these triangles that nothing keeps from the lens; all where so many are too small to be met often
-/// that it would take longer than the picture.
+/// The parts of the light of these triangles that nothing keeps from the lens, and of the sun's light that nothing keeps from them; all where
+/// so many are too small to be met often that it would take longer than the picture.
 fn free(
-    level: Level,
+    (level, stop): (Level, &(dyn Fn() -> bool + Sync)),
     shown: (&Surfaces, &[Material]),
     (view, shape): (&View, &ApertureShape),
     positions: &[DVec3],
+    sun: Option<&ShadowSun<'_>>,
     (small, is_rare): (&[Small], impl Fn(&Small) -> bool + Sync),
-) -> Vec<f64> {
+) -> Vec<[f64; 2]> {
     let rare = small.iter().filter(|light| is_rare(light)).count();
     if rare == 0 || rare > MOST_RARE {
-        return vec![1.0; small.len()];
+        return vec![[1.0; 2]; small.len()];
     }
     let sight = Sight::new(shown, positions, view, shape);
-    let of = |light: &Small| if is_rare(light) { sight.free(level, light.triangle as u32) } else { 1.0 };
+    let of = |light: &Small| {
+        if !is_rare(light) || stop() {
+            return [1.0; 2];
+        }
+        let t = light.triangle as u32;
+        let has_sun = light.sun.max_element() > 0.0;
+        [sight.free(level, t), sun.filter(|_| has_sun).map_or(1.0, |sun| sun.reaches(level, t))]
+    };
     small.par_iter().map(of).collect()
 }
 

@@ -7,7 +7,7 @@
 //! * `sharing`: whether samples share look-ups where a texture is smooth.
 //! * `draw`: a tile, batch by batch: what is seen (`raster::tile`), surfaces (`looks`), their light (`shade`), into the sums; of a
 //!   tile at the `border` only what is in the picture.
-//! * `resolve`: from sums to means; and their errors, by `differences`, `clipped`, `highlights` (with `spread`) and `edges`.
+//! * `resolve`: from sums to means; and their errors, by `differences`, `clipped`, `highlights` (with `lit` and `spread`) and `edges`.
 //! * `uniform`: all tiles with the same number of samples. Or `adaptive`, in rounds: `pilot`, `base` and `allocate` say how many
 //!   samples go where, `progressive` draws a round, `tile_round` one tile in it, `kept` holds the sums from round to round, and
 //!   `finish` makes the picture. Where there is no time for that, `few` samples.
@@ -30,6 +30,7 @@ mod finish;
 mod frame;
 mod highlights;
 mod kept;
+mod lit;
 mod looks;
 mod pattern;
 mod picture;

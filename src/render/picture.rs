@@ -118,8 +118,11 @@ impl<'a> Picture<'a> {
         let surfaces = &scene.surfaces;
         let frame = LensFrame::new(optics);
         watch.lap(&mut stages.transform);
-        let Decision { active, left_out } = RenderPlan::decide(scene);
+        let stop = || cancelled(cancel);
+        let go_on = || if stop() { Err(stopped()) } else { Ok(()) };
+        let Decision { active, left_out } = RenderPlan::decide(scene, &stop);
         watch.lap(&mut stages.plan);
+        go_on()?;
         let radius = if active.has(EffectName::Defocus) { optics.aperture_radius() } else { 0.0 };
         let mut view = frame.view(scene, radius);
         let has_shape = active.has(EffectName::ApertureShape);
@@ -140,7 +143,6 @@ impl<'a> Picture<'a> {
             cells = diffraction.cells(&cells);
             view = view.widened(diffraction.reach()).ok_or_else(bent_too_far)?;
         }
-        let stop = || cancelled(cancel);
         let sun = scene.sun.as_ref().filter(|_| active.has(EffectName::Shadows)).map(|sun| Sun {
             angular_diameter: if active.has(EffectName::SoftShadows) {
                 sun.angular_diameter
@@ -172,7 +174,6 @@ impl<'a> Picture<'a> {
         };
         let bins = Bins::new(level, &view, &cells, positions, &triangles, &stop);
         watch.lap(&mut stages.bin);
-        let go_on = || if stop() { Err(stopped()) } else { Ok(()) };
         go_on()?;
         let shown = (surfaces, materials);
         let shadows = sun.and_then(|sun| ShadowSun::new(shown, positions, &sun, |v| frame.vector(v)));
@@ -186,7 +187,9 @@ impl<'a> Picture<'a> {
         let disks = disks.as_ref().map_or(&ONE_PLACE[..], |disks| &disks[..]);
         go_on()?;
         let (lens, shown) = ((&view, &shape), (scene, materials));
-        let highlights = Highlights::new(shown, lens, positions, (streams, gain), disks, level);
+        let highlights =
+            Highlights::new(shown, lens, positions, (streams, gain), disks, shadows.as_ref(), (level, &stop));
+        go_on()?;
         watch.lap(&mut stages.prepare);
         Ok(Self {
             surfaces,

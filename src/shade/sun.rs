@@ -116,6 +116,31 @@ impl<'a> ShadowSun<'a> {
         self.occluders.stopped(level, rays, !self.is_soft(), alive, last, &stops)
     }
 
+    /// The part of a `triangle` that solid surfaces leave in the light of the sun's middle, about: sixteen rays, for what is said of lights
+    /// that no sample has met.
+    pub(crate) fn reaches(&self, level: Level, triangle: u32) -> f64 {
+        let corners = self.surfaces.triangles[triangle as usize].map(|i| self.positions[i as usize]);
+        let mut rays = SunRays::default();
+        for lane in 0..LANES {
+            // Four rows, each point in a sixteenth of the triangle.
+            let row = lane.isqrt();
+            let (column, row) = ((lane - row * row) as f64, row as f64);
+            let down = (row + 0.6) / 4.0;
+            let across = (column + 0.5) / (2.0 * row + 1.0);
+            let from = corners[0].lerp(corners[1].lerp(corners[2], across), down);
+            for (axis, to) in self.axes.iter().enumerate() {
+                rays.from[axis][lane] = to.dot(from) as f32;
+            }
+        }
+        let stops = |t: u32, lanes: u16, _: &Weights| {
+            let attributes = &self.surfaces.attributes[t as usize];
+            let is_solid = !self.materials[attributes.material as usize].is_cutout();
+            if is_solid && self.patch(t) != self.patch(triangle) { lanes } else { 0 }
+        };
+        let stopped = self.occluders.stopped(level, &rays, true, 0xffff, &mut u32::MAX.clone(), &stops);
+        f64::from(LANES as u32 - stopped.count_ones()) / LANES as f64
+    }
+
     /// The lanes of `lanes`, which begin so `far` from the lens and cross triangle `t`, that it stops. Each by itself: what others are
     /// still asked about depends on what stopped rays before, and so on what a thread drew before.
     fn stops(&self, t: u32, lanes: u16, weights: &Weights, far: &[f64; LANES], asking: &Asking<'_>) -> u16 {
