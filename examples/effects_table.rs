@@ -67,6 +67,10 @@ fn change(scene: &Scene, effect: EffectName) -> Result<String> {
     let (ours, theirs) = ([draw(with, 0)?, draw(with, 1)?], [draw(without, 0)?, draw(without, 1)?]);
     let [change, most] = Exposure::rms_change(ours.each_ref(), theirs.each_ref(), scene.render.exposure_ev);
     // What cannot be told from chance.
-    let change = if most > 1.5 * change { format!("<{most:.4}") } else { format!("{change:.4}") };
+    let change = if most > 1.5 * change {
+        format!("<{:.4}", (1e4 * most).ceil() / 1e4)
+    } else {
+        format!("{change:.4}")
+    };
     Ok(if is_in { change } else { format!("({change})") })
 }

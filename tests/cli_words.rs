@@ -20,6 +20,20 @@ fn optics_says_where_lines_and_planes_pass() {
         fs::write(folder.join("words.toml"), format!("{CAMERA}{more}")).unwrap();
         run(&folder, &["optics", "words.toml"]).expect(0, &[]).out.clone()
     };
+    // Matrices are the same numbers as in JSON.
+    let asked = ["optics", "words.toml", "--samples-at", "0,0;-0.6,0.8"];
+    fs::write(folder.join("words.toml"), CAMERA).unwrap();
+    let text = run(&folder, &asked).expect(0, &[]).out.clone();
+    let json = run(&folder, &[&asked[..], &["--json"]].concat()).expect(0, &[]).json();
+    let rows = text.lines().skip_while(|line| !line.starts_with("matrix (0, 0)"));
+    let told: Vec<f64> =
+        rows.flat_map(|row| row[19..].split_whitespace()).map(|x| x.parse().unwrap()).collect();
+    let matrices = json["sample_matrices"].as_array().unwrap().iter();
+    let known: Vec<f64> = matrices
+        .flat_map(|sample| sample["matrix"].as_array().unwrap())
+        .map(|number| number.as_f64().unwrap())
+        .collect();
+    assert!(told.len() == 32 && told == known, "{text}");
     // D = f d / (d - f) = 150 x 152.3 / 2.3 = 9932.6 mm; the diagonal of 120 x 96 mm is 153.67, and 2 atan(76.84 / 152.3) = 53.54.
     let plain = words("");
     let sharp = "cuts the lens axis 9.933 m in front of the lens; vertical, square to the lens axis";

@@ -194,7 +194,9 @@ fn words(explanation: &Explanation) -> String {
         let change = match (row.change_rms, row.change_rms_at_most) {
             (Some(_), Some(0.0)) => "0".into(),
             // Hardly to be told from chance.
-            (Some(change), Some(most)) if most > 1.5 * change => bracketed(row, format!("<{most:.4}")),
+            (Some(change), Some(most)) if most > 1.5 * change => {
+                bracketed(row, format!("<{:.4}", (1e4 * most).ceil() / 1e4))
+            }
             (Some(change), _) => bracketed(row, format!("{change:.4}")),
             (None, _) => "-".into(),
         };

@@ -48,7 +48,7 @@ or too large for memory, or has no solution; 3 a file cannot be read or written;
 
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// Says what a camera does: planes, lines, depth of field and matrices
+    /// Says what a camera does: planes, lines, depth of field, and the matrices of lens points
     Optics(optics::Arguments),
     /// Finds the movements that make a plane sharp
     Solve(solve::Arguments),

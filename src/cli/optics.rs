@@ -14,7 +14,7 @@ pub(super) struct Arguments {
     /// Print JSON (world frame, metres) instead of text
     #[arg(long)]
     pub(super) json: bool,
-    /// Also give the matrices of these lens points, in fractions of the aperture radius
+    /// Also give the matrices of these lens points, in fractions of the aperture radius: from world metres to clip coordinates
     #[arg(long, value_name = "U,V;...", allow_hyphen_values = true)]
     pub(super) samples_at: Option<LensPoints>,
 }
@@ -28,6 +28,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         let points = arguments.samples_at.as_ref().map(|points| points.0.as_slice());
         report::print_json(&optics_json(&optics, circle, points))
     } else {
-        report::print(&optics_words(&optics, circle, input.scene.up))
+        let points = arguments.samples_at.as_ref().map_or(&[][..], |points| &points.0);
+        let words = optics_words(&optics, circle, input.scene.up);
+        report::print(&(words + &optics_words::matrices(&optics, points)))
     }
 }

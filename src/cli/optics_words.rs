@@ -66,6 +66,21 @@ fn number(value: f64) -> String {
     }
 }
 
+/// The matrices of these lens points, in fractions of the aperture's radius, four rows each; every number reads back exactly.
+pub(crate) fn matrices(optics: &Optics, points: &[[f64; 2]]) -> String {
+    let radius = optics.aperture_radius();
+    let mut text = String::new();
+    for [u, v] in points {
+        let rows = optics.projection_from_world(u * radius, v * radius).rows;
+        for (i, row) in rows.iter().enumerate() {
+            let name = if i == 0 { format!("matrix ({u}, {v})") } else { String::new() };
+            let numbers: Vec<String> = row.to_array().iter().map(|number| format!("{number:>24e}")).collect();
+            let _ = writeln!(text, "{name:<19}{}", numbers.join(" ").trim_end());
+        }
+    }
+    text
+}
+
 fn line_words(line: Line, optics: &Optics, up: DVec3) -> String {
     if line.is_at_infinity() {
         return "at infinity (lens and film are parallel)".to_owned();

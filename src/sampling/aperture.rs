@@ -89,17 +89,6 @@ fn polar_from_square(square: [f32; 2]) -> Option<(f64, f64)> {
     Some(if a.abs() > b.abs() { (a, FRAC_PI_4 * (b / a)) } else { (b, FRAC_PI_4 * (2.0 - a / b)) })
 }
 
-/// Which of `cells` (a power of two) equal rectangles of the unit square a point lies in. The rectangles
-/// are elementary intervals, as square as can be.
-pub fn square_cell(square: [f32; 2], cells: u32) -> usize {
-    let bits = cells.trailing_zeros();
-    let across = 1u32 << bits.div_ceil(2);
-    let down = 1u32 << (bits / 2);
-    let column = ((square[0] * across as f32) as u32).min(across - 1);
-    let row = ((square[1] * down as f32) as u32).min(down - 1);
-    (row * across + column) as usize
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

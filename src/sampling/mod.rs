@@ -14,7 +14,7 @@ mod points;
 pub mod runs;
 mod sobol;
 
-pub use aperture::{ApertureShape, disk_from_square, square_cell};
+pub use aperture::{ApertureShape, disk_from_square};
 pub(crate) use cone::{cone_direction, sun_shift, sun_square};
 pub use diffraction::{Diffraction, diffraction_square, intensity};
 pub use points::PointSet;
@@ -84,6 +84,17 @@ pub(crate) fn pixel_key(seed: u64, x: u32, y: u32) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Which of `cells` (a power of two) equal rectangles of the unit square a point lies in. The rectangles
+    /// are elementary intervals, as square as can be.
+    fn square_cell(square: [f32; 2], cells: u32) -> usize {
+        let bits = cells.trailing_zeros();
+        let across = 1u32 << bits.div_ceil(2);
+        let down = 1u32 << (bits / 2);
+        let column = ((square[0] * across as f32) as u32).min(across - 1);
+        let row = ((square[1] * down as f32) as u32).min(down - 1);
+        (row * across + column) as usize
+    }
 
     #[test]
     fn elementary_intervals_hold_equally_many_points() {

@@ -1,4 +1,4 @@
-//! Hash-based Owen-scrambled Sobol points in four dimensions, in integers alone.
+//! Hash-based Owen-scrambled Sobol points in eight dimensions, in integers alone.
 
 /// Direction numbers of dimensions 2 to 8 (dimension 1 is the bit reversal), Joe and Kuo's.
 const DIRECTIONS: [[u32; 32]; 7] = [

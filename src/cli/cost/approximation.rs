@@ -6,6 +6,7 @@
 //! generation", Computer Graphics 15(3), 1981, 297-305).
 
 use super::rows;
+use super::ways::leave_out;
 use glam::{DVec3, DVec4, Vec3};
 use groundglass::error::Result;
 use groundglass::picture::{Allocation, Exposure};
@@ -13,9 +14,7 @@ use groundglass::render::{Execution, render};
 use groundglass::scene::{EffectName, Scene};
 
 pub(super) fn draw(scene: &mut Scene, execution: Execution<'_>) -> Result<Exposure> {
-    let effects = &mut scene.render.effects;
-    effects.with = effects.with.set(EffectName::Defocus, false);
-    effects.without = effects.without.set(EffectName::Defocus, true);
+    leave_out(scene, EffectName::Defocus);
     let (picture, _) = render(scene, execution)?;
     let radii = radii(scene, &execution)?;
     let (width, height) = (picture.width() as usize, picture.height() as usize);
@@ -23,7 +22,8 @@ pub(super) fn draw(scene: &mut Scene, execution: Execution<'_>) -> Result<Exposu
     let most: Vec<f32> = radii.chunks(width).map(|row| row.iter().copied().fold(0.0, f32::max)).collect();
     let row = |j: u32| {
         let j = j as usize;
-        let mut sums = vec![[0.0f32; 4]; width];
+        // What a disk adds to its row begins at one pixel and ends at another: sums along the row then give the light of each.
+        let mut changes = vec![DVec4::ZERO; width + 1];
         for y in 0..height {
             let dy = j as f32 - y as f32;
             if dy.abs() > most[y] {
@@ -34,20 +34,19 @@ pub(super) fn draw(scene: &mut Scene, execution: Execution<'_>) -> Result<Exposu
                 if dy * dy > radius * radius {
                     continue;
                 }
-                let color = Vec3::from(picture.pixel(x as u32, y as u32));
-                let weight = 1.0 / (std::f32::consts::PI * radius * radius);
-                let light = (color * weight).extend(weight).to_array();
-                let reach = radius.ceil() as usize;
-                let reached = x.saturating_sub(reach)..(x + reach + 1).min(width);
-                for (i, sum) in reached.clone().zip(&mut sums[reached]) {
-                    let dx = i as f32 - x as f32;
-                    if dx * dx + dy * dy <= radius * radius {
-                        *sum = std::array::from_fn(|k| sum[k] + light[k]);
-                    }
-                }
+                let color = Vec3::from(picture.pixel(x as u32, y as u32)).as_dvec3();
+                let weight = 1.0 / f64::from(std::f32::consts::PI * radius * radius);
+                let light = (color * weight).extend(weight);
+                let reach = (radius * radius - dy * dy).sqrt() as usize;
+                changes[x.saturating_sub(reach)] += light;
+                changes[(x + reach + 1).min(width)] -= light;
             }
         }
-        sums.into_iter().map(|[r, g, b, w]| [r / w, g / w, b / w]).collect()
+        let sums = changes[..width].iter().scan(DVec4::ZERO, |sum, &change| {
+            *sum += change;
+            Some((sum.truncate() / sum.w).as_vec3().to_array())
+        });
+        sums.collect()
     };
     let pixels = rows::on_threads(&execution, || rows::pixels(picture.height(), &execution, row))?;
     Ok(Exposure::from_rows(picture.width(), picture.height(), &pixels, Allocation::clone(picture.samples())))

@@ -30,8 +30,8 @@ pub(super) fn chart(study: &Study<'_>, stem: &str) -> Option<String> {
     let mut text = format!(
         "# Made by `groundglass cost`: {} x {} pixels; times over that of {BASELINE} uniform samples drawn just before, in the seconds that those \
          took once; bars are the shortest and the longest of several runs.\nkind = \"plot\"\n\
-         title = {title}\nwidth_mm = 130.0\n\n[x]\ntitle = \"time of a picture, by its ratio; {}\"\nunit = \"s\"\nscale = \"log\"\n\n[y]\n\
-         title = \"error of the picture, RMS: lines true, points stated\"\nscale = \"log\"\n",
+         title = {title}\nwidth_mm = 130.0\n\n[x]\ntitle = \"{}: time of a picture, by its ratio\"\nunit = \"s\"\nscale = \"log\"\n\n[y]\n\
+         title = \"error of the picture, RMS: true, or as stated\"\nscale = \"log\"\n",
         table.width,
         table.height,
         machine(study)
@@ -41,10 +41,6 @@ pub(super) fn chart(study: &Study<'_>, stem: &str) -> Option<String> {
     let once = |row: &Measured| table.baseline_seconds.map_or(row.seconds, |baseline| row.ratio * baseline);
     let mut is_drawn = false;
     let mut series = |name: &str, rows: &[&Measured], error: &dyn Fn(&Measured) -> f64, more: &str| {
-        // A line goes from less time to more, whatever the samples.
-        let mut rows = rows.to_vec();
-        rows.sort_by(|a, b| once(a).total_cmp(&once(b)));
-        let rows = rows.as_slice();
         if !rows.is_empty() {
             is_drawn = true;
             let _ = write!(

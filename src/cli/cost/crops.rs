@@ -64,12 +64,14 @@ pub(super) fn draw(study: &Study<'_>, cancel: &AtomicBool) -> Result<Vec<Crop>> 
 }
 
 /// The figure file that sets them side by side.
-pub(super) fn figure(stem: &str, crops: &[Crop]) -> String {
+pub(super) fn figure(stem: &str, (width, height): (u32, u32), crops: &[Crop]) -> String {
     let list =
         |words: Vec<String>| words.iter().map(|word| format!("{word:?}")).collect::<Vec<_>>().join(", ");
     format!(
-        "# Made by `groundglass cost`: {CROP} x {CROP} pixels where 16 samples are most wrong and there is something to see, with the error of the whole picture.\n\
+        "# Made by `groundglass cost`: {} x {} pixels where 16 samples are most wrong and there is something to see, with the error of the whole picture.\n\
          kind = \"pictures\"\ntitle = {}\nwidth_mm = 160.0\npictures_kb = 400\ncolumns = 4\npictures = [{}]\nnames = [{}]\n",
+        CROP.min(width),
+        CROP.min(height),
         super::report::quoted(&format!("What the eye sees: {stem}")),
         list((1..=crops.len()).map(crop_name).collect()),
         list(crops.iter().map(|crop| crop.name.clone()).collect()),

@@ -5,7 +5,6 @@ use super::answers;
 use super::charts::{chart, slopes, wrong};
 use super::crops::{self, MOST_CROPS, crop_name};
 use super::kept::Measured;
-use super::reference;
 use super::study::{BASELINE, Study};
 use super::ways::UNIFORM;
 use super::words::{duration, sentence};
@@ -48,7 +47,7 @@ pub(super) fn write(study: &Study<'_>, stem: &str, folder: &Path, cancel: &Atomi
         chart(study, stem),
         slopes(study, stem),
         Some(answers::chart(&optics)),
-        Some(crops::figure(stem, &crops)),
+        Some(crops::figure(stem, (study.table.width, study.table.height), &crops)),
     ];
     for (name, toml) in CHARTS.into_iter().zip(&charts) {
         let Some(toml) = toml else { continue };
@@ -114,7 +113,7 @@ fn page(study: &Study<'_>, stem: &str) -> String {
         ),
         None => format!("{} samples with another seed", table.converged_samples),
     };
-    let not_measured = match reference::differs(study.scene) {
+    let not_measured = match &study.not_doubled {
         Some(reasons) => format!("The ways in double precision are left out: that renderer {reasons}.\n\n"),
         None => String::new(),
     };
@@ -125,34 +124,35 @@ fn page(study: &Study<'_>, stem: &str) -> String {
         [] => String::new(),
         _ => format!(" Left out of all of them as too small to be seen: {}.", left_out.join(", ")),
     };
-    let charts = match wrong(study, UNIFORM)[..] {
-        [] => "",
-        _ => "![Error against time](cost.svg)\n\n![Error against samples](points.svg)\n\n",
-    };
     let baseline = table.baseline_seconds.map_or(String::new(), |seconds| format!(", {}", duration(seconds)));
+    let (of_charts, charts) = match wrong(study, UNIFORM)[..] {
+        [] => (String::new(), ""),
+        _ => (
+            format!(" The chart shows the ratios, in the time that those took first{baseline}."),
+            "![Error against time](cost.svg)\n\n![Error against samples](points.svg)\n\n",
+        ),
+    };
     let mut text = format!(
         "# What accuracy costs: {stem}\n\n{}\n\n{} x {} pixels, {}{told}; against a converged picture of {converged}. Errors are root mean \
          squares over the picture, linear light, clamped to 0..1. Times are the median of three runs (two where one takes long); the \
-         ratio is to {BASELINE} uniform samples drawn just before each. The chart shows the ratios, in the time that those took \
-         first{baseline}.{left_out}\n\n{charts}![The part of the picture where 16 samples are most wrong](crops.svg)\n\n{not_measured}\
-         | way | setting | samples | true error | stated | seconds | ratio |\n|---|---|---|---|---|---|---|\n",
+         ratio is to {BASELINE} uniform samples drawn just before each.{of_charts}{left_out}\n\n{charts}![The part of the picture where 16 samples are most wrong](crops.svg)\n\n{not_measured}\
+         | way | setting | samples | true error | stated | time | ratio |\n|---|---|---|---|---|---|---|\n",
         sentence(study),
         table.width,
         table.height,
         machine(study),
     );
     for row in &table.measured {
-        let stated = row.stated_rms.map_or("-".to_owned(), |error| format!("{error:.5}"));
+        let error = |error: f64| if error < 0.001 { tell::rms(error) } else { format!("{error:.5}") };
+        let stated = row.stated_rms.map_or("-".to_owned(), error);
+        let [middle, low, high] = [row.seconds, row.seconds_low, row.seconds_high].map(duration);
         let _ = writeln!(
             text,
-            "| {} | {} | {:.0} | {:.5} | {stated} | {:.3} ({:.3} to {:.3}) | {:.2} |",
+            "| {} | {} | {:.0} | {} | {stated} | {middle} ({low} to {high}) | {:.2} |",
             row.way,
             row.setting,
             row.samples,
-            row.true_rms,
-            row.seconds,
-            row.seconds_low,
-            row.seconds_high,
+            error(row.true_rms),
             row.ratio
         );
     }

@@ -5,6 +5,7 @@ use super::super::probe::TWIN;
 use super::super::progress::Progress;
 use super::super::stats::{median, notes};
 use super::kept::{Measured, Table, save, set_aside, take_up};
+use super::reference;
 use super::report::files;
 use super::ways::{Setting, Step, UNIFORM, draw, ladder, turn};
 use groundglass::error::{Error, ErrorKind, Result};
@@ -50,6 +51,8 @@ pub(super) struct Study<'a> {
     /// What all pictures have and have not, whatever is asked of each. (By a plan of its own a picture with a small error has what the
     /// converged one leaves out.)
     pub(super) plan: RenderPlan,
+    /// Why the ways in double precision are left out, if they are.
+    pub(super) not_doubled: Option<String>,
 }
 
 impl<'a> Study<'a> {
@@ -75,6 +78,7 @@ impl<'a> Study<'a> {
             measured: Vec::new(),
         };
         let (truth, holds_another) = take_up(folder, &mut table);
+        let plan = RenderPlan::new(scene);
         Self {
             scene,
             table,
@@ -84,7 +88,8 @@ impl<'a> Study<'a> {
             folder,
             limits,
             read,
-            plan: RenderPlan::new(scene),
+            not_doubled: reference::differs(scene, plan.active()),
+            plan,
         }
     }
 
@@ -99,7 +104,7 @@ impl<'a> Study<'a> {
         for name in ["converged.exr", "cost.json"] {
             output::check(&self.folder.join(name), &self.read)?;
         }
-        let told = ladder(self.scene, self.plan.active(), self.table.quick);
+        let told = ladder(self.plan.active(), self.not_doubled.is_none(), self.table.quick);
         let mut steps = told.clone();
         if self.table.quick {
             steps.sort_by_key(turn);
@@ -143,7 +148,9 @@ impl<'a> Study<'a> {
             tell("measuring", rate.unwrap_or(0.0), left.iter().sum());
             let has_target = !matches!(step.setting, Setting::ErrorOf(_)) || self.target(step).is_some();
             if has_target && self.find(&step.way, &step.setting.name()).is_none() {
-                if self.table.quick && begun.elapsed().as_secs_f64() > QUICK_SECONDS {
+                let is_late = begun.elapsed().as_secs_f64() > QUICK_SECONDS;
+                // The first is measured in any case: crops and words are of it.
+                if self.table.quick && is_late && !self.table.measured.is_empty() {
                     self.left += 1;
                     continue;
                 }

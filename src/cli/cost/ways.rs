@@ -56,8 +56,9 @@ pub(super) fn turn(step: &Step) -> u32 {
     }
 }
 
-/// All steps of a scene with these effects, in the order in which they are told and, where all are, measured.
-pub(super) fn ladder(scene: &Scene, active: EffectSet, quick: bool) -> Vec<Step> {
+/// All steps of a scene with these effects, in the order in which they are told and, where all are, measured; those in double precision
+/// where that draws the scene.
+pub(super) fn ladder(active: EffectSet, has_double: bool, quick: bool) -> Vec<Step> {
     let counts: &[u32] = if quick { &[4, 16, 64, 256] } else { &[4, 16, 64, 256, 1024] };
     let few: &[u32] = if quick { &[16, 64] } else { &[16, 64, 256] };
     let step = |way: &str, setting| Step { way: way.to_owned(), setting };
@@ -67,7 +68,7 @@ pub(super) fn ladder(scene: &Scene, active: EffectSet, quick: bool) -> Vec<Step>
     if active.has(EffectName::Defocus) {
         steps.push(step(APPROXIMATION, Setting::Approximation(16)));
     }
-    if reference::differs(scene).is_none() {
+    if has_double {
         let textured = active.has(EffectName::Textures);
         let filters = &reference::FILTERS[..if textured { reference::FILTERS.len() } else { 1 }];
         steps.extend(filters.iter().map(|(_, way)| step(way, Setting::Double(16))));
@@ -91,13 +92,18 @@ pub(super) fn draw(scene: &mut Scene, step: &Step, error: f64, execution: Execut
     drawn
 }
 
+/// Draws without an effect, whatever else is asked for.
+pub(super) fn leave_out(scene: &mut Scene, name: EffectName) {
+    let effects = &mut scene.render.effects;
+    (effects.with, effects.without) = (effects.with.set(name, false), effects.without.set(name, true));
+}
+
 fn draw_as_told(scene: &mut Scene, step: &Step, error: f64, execution: Execution<'_>) -> Result<Exposure> {
     if let Some(set) = PointSet::ALL.into_iter().find(|set| step.way == format!("{set} points")) {
         scene.render.points = set;
     }
     if let Some(name) = EffectName::ALL.into_iter().find(|name| step.way == format!("without {name}")) {
-        let effects = &mut scene.render.effects;
-        (effects.with, effects.without) = (effects.with.set(name, false), effects.without.set(name, true));
+        leave_out(scene, name);
     }
     scene.render.share_shading = step.way != UNSHARED;
     match step.setting {

@@ -19,6 +19,12 @@ struct Trend {
     each: f64,
 }
 
+/// The slowest that an error may fall with the number of samples for a price to be told of it, as a power: chance alone gives 1/2.
+const SLOWEST: f64 = 0.25;
+
+/// From this part of a picture's error on, that of the converged one rules what is measured.
+const RULED: f64 = 0.5;
+
 impl Trend {
     /// None where more samples took no more time, or made the error hardly smaller.
     fn of(before: &Measured, last: &Measured) -> Option<Self> {
@@ -27,7 +33,7 @@ impl Trend {
         // More than in proportion is chance, or memory.
         let each = each.min(last.ratio / last.samples);
         let fixed = last.ratio - each * last.samples;
-        let is_known = power.is_finite() && power > 0.05 && each.is_finite() && each > 0.0;
+        let is_known = power.is_finite() && power > SLOWEST && each.is_finite() && each > 0.0;
         is_known.then_some(Self { power, samples: last.samples, error: last.true_rms, fixed, each })
     }
 
@@ -43,7 +49,7 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
     let [.., before, last] = uniform.as_slice() else {
         return format!(
             "Of uniform samples {} of the two measurements that a price needs {} there, and no time was left for {} more: the same \
-             command takes them.",
+             command goes on.",
             uniform.len(),
             if uniform.len() == 1 { "is" } else { "are" },
             study.left
@@ -55,13 +61,21 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
             last.samples
         );
     }
-    let trend = Trend::of(before, last);
+    let converged = study.table.converged_rms.unwrap_or(0.0);
+    let is_ruled = converged > RULED * last.true_rms;
+    let trend = Trend::of(before, last).filter(|_| !is_ruled);
     let mut words = match &trend {
         Some(trend) => format!(
             "Halving the error from here ({} in {}) costs {:.1} times as long.",
             tell::rms(last.true_rms),
             duration(last.seconds),
             trend.ratio_of(0.5 * last.true_rms) / last.ratio
+        ),
+        None if is_ruled => format!(
+            "With {:.0} samples the picture differs by {} from the converged one, and takes {}; what half the error costs was not measured.",
+            last.samples,
+            tell::rms(last.true_rms),
+            duration(last.seconds)
         ),
         None if last.ratio <= before.ratio => format!(
             "From {:.0} to {:.0} samples the error goes from {} to {} in no more time: what any picture takes is nearly all of it, and \
@@ -77,7 +91,7 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
             tell::rms(last.true_rms)
         ),
     };
-    if uniform.len() == 2 {
+    if uniform.len() == 2 && trend.is_some() {
         words.push_str(" That is by two numbers of samples alone.");
     }
     if let (Some(adaptive), Some(trend)) = (rows(study, ADAPTIVE).last(), &trend) {
@@ -92,7 +106,7 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
             );
         }
     }
-    if let Some(converged) = study.table.converged_rms.filter(|&error| error > 0.2 * last.true_rms) {
+    if converged > 0.2 * last.true_rms {
         let _ = write!(
             words,
             " The converged picture itself is wrong by about {}: errors that are not far larger are not to be relied on.",
@@ -102,8 +116,12 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
     if study.left > 0 {
         let _ = write!(
             words,
-            " There was no time for {} more measurements; the same command takes them.",
-            study.left
+            " There was no time for {}; the same command goes on.",
+            if study.left == 1 {
+                "one more measurement".to_owned()
+            } else {
+                format!("{} more measurements", study.left)
+            }
         );
     }
     if let [approximation] = rows(study, APPROXIMATION)[..] {
@@ -119,7 +137,11 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
 
 /// A time as words give it.
 pub(super) fn duration(seconds: f64) -> String {
-    if seconds < 1.0 { format!("{:.0} ms", 1e3 * seconds) } else { format!("{seconds:.1} s") }
+    match seconds {
+        1.0.. => format!("{seconds:.1} s"),
+        0.01.. => format!("{:.0} ms", 1e3 * seconds),
+        _ => format!("{:.2} ms", 1e3 * seconds),
+    }
 }
 
 #[cfg(test)]

@@ -27,14 +27,14 @@ pub(super) const FILTERS: [(Filter, &str); 4] = [
     (Filter::Nearest, "64 bits, finest texels, nearest"),
 ];
 
-/// Why what is drawn here is not a picture of the scene, in words that go on after the name of this renderer; none where it is.
-pub(super) fn differs(scene: &Scene) -> Option<String> {
+/// Why what is drawn here is not a picture of the scene, of which these effects are `drawn`, in words that go on after the name of this
+/// renderer; none where it is.
+pub(super) fn differs(scene: &Scene, drawn: EffectSet) -> Option<String> {
     let not_known = [EffectName::Coverage, EffectName::Diffraction];
     let names = |effects: &mut dyn Iterator<Item = EffectName>| {
         let names: Vec<&str> = effects.map(EffectName::name).collect();
         (!names.is_empty()).then(|| names.join(" and "))
     };
-    let drawn = RenderPlan::new(scene).active();
     let missing = names(&mut not_known.into_iter().filter(|&effect| drawn.has(effect)));
     // What would be there if nothing were left out.
     let without = scene.render.effects.without;
@@ -120,7 +120,7 @@ mod tests {
         let mut scene = Input::builtin()?.load()?;
         let mut told = |without: &[EffectName]| {
             scene.render.effects.without = without.iter().copied().collect();
-            differs(&scene)
+            differs(&scene, RenderPlan::new(&scene).active())
         };
         assert_eq!(told(&[]), None);
         // The tower has none of these.

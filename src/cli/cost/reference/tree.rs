@@ -62,8 +62,11 @@ impl<'a> Tree<'a> {
             let node = &self.nodes[at];
             let limit = found.map_or(most, |hit| hit.distance);
             let (a, b) = ((node.low - from) * inverse, (node.high - from) * inverse);
-            // What is no number lies in the plane of a side: the box counts as met.
-            let (enter, leave) = (a.min(b).max_element().max(least), a.max(b).min_element().min(limit));
+            // What is no number lies in the plane of a side: along that axis the box counts as met.
+            let in_plane = a.is_nan_mask() | b.is_nan_mask();
+            let near = DVec3::select(in_plane, DVec3::NEG_INFINITY, a.min(b));
+            let far = DVec3::select(in_plane, DVec3::INFINITY, a.max(b));
+            let (enter, leave) = (near.max_element().max(least), far.min_element().min(limit));
             if enter > leave * (1.0 + 1e-12) {
                 continue;
             }
@@ -135,4 +138,22 @@ pub(super) fn meet(surfaces: &Surfaces, triangle: usize, from: DVec3, direction:
     let q = to.cross(ab);
     let (v, w) = (to.dot(p) / determinant, direction.dot(q) / determinant);
     Some(Hit { triangle, distance: ac.dot(q) / determinant, weights: DVec3::new(1.0 - v - w, v, w) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ray_in_the_plane_of_a_boxs_side_meets_what_is_there() {
+        let surfaces = Surfaces {
+            positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
+            triangles: vec![[0, 1, 2]],
+            ..Surfaces::default()
+        };
+        let tree = Tree::new(&surfaces);
+        let meets = |from: DVec3| tree.first(from, DVec3::NEG_Z, (0.0, 10.0), |_| true).is_some();
+        assert!(meets(DVec3::new(0.0, 0.3, 1.0)) && meets(DVec3::new(0.3, 0.0, 1.0)));
+        assert!(!meets(DVec3::new(-1e-9, 0.3, 1.0)) && !meets(DVec3::new(0.3, 0.8, 1.0)));
+    }
 }
