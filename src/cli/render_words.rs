@@ -25,8 +25,9 @@ pub(super) fn no_error_map(file: &str, target: &Path) -> Warning {
         file: file.to_owned(),
         line: None,
         message: format!(
-            "the error of one sample a pixel is unknown, so {} is not written; give more time, or --samples",
-            target.display()
+            "the error of one sample a pixel is unknown, so {} is not written{}; give more time, or --samples",
+            target.display(),
+            if target.exists() { ", and what stands there is of another picture" } else { "" }
         ),
     }
 }

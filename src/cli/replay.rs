@@ -17,6 +17,7 @@ const REMEDY: &str = "give the file that --stats wrote beside the picture";
 
 /// What is needed of a `--stats` file.
 #[derive(Deserialize)]
+#[serde(expecting = "an object with width, height, allocation and scene_hash")]
 pub(super) struct Replay {
     pub(super) width: u32,
     height: u32,
