@@ -101,6 +101,10 @@ fn a_render_stops_within_50_ms() {
     let seconds = Duration::from_secs(2);
     let busy = scene(&view, yard(&mut Random(1), 600_000), 400, 64);
     bar("600,000 triangles about one place", &busy, Some(seconds));
+    // So bright that the plan looks for what is in view, and whatever is small may be a lamp.
+    let mut bright = busy;
+    bright.render.exposure_ev = 5.0;
+    bar("the same, five stops brighter", &bright, Some(seconds));
     // Every triangle in every tile.
     let mut full = Surfaces { materials: vec![plain([0.5; 3])], ..Surfaces::default() };
     for i in 0..40_000 {

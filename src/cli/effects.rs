@@ -17,9 +17,13 @@ pub(super) struct EffectArguments {
     /// with aperture-shape; may be repeated
     #[arg(long, value_name = "EFFECT")]
     pub(super) with: Vec<EffectName>,
-    /// Leave this effect out, though the scene asks for it; may be repeated
-    #[arg(long, value_name = "EFFECT")]
+    #[arg(long, value_name = "EFFECT", help = help_of_without())]
     pub(super) without: Vec<EffectName>,
+}
+
+fn help_of_without() -> String {
+    let names = EffectName::ALL.map(EffectName::name).join(", ");
+    format!("Leave this effect out, though the scene asks for it; may be repeated. Effects: {names}")
 }
 
 /// As on the command line.

@@ -87,11 +87,23 @@ pub(crate) const ADJACENT: f64 = 5.0;
 
 /// Places all requests, in order; `None` for those left out.
 pub(crate) fn place(panel: &Panel, obstacles: &[Obstacle], requests: &[Request]) -> Vec<Option<Placed>> {
-    let mut placed: Vec<Option<Placed>> = Vec::with_capacity(requests.len());
+    place_around(panel, &[], obstacles, requests)
+}
+
+/// The same where words stand already: no label touches these rooms, and no leader crosses them.
+pub(crate) fn place_around(
+    panel: &Panel,
+    words: &[Room],
+    obstacles: &[Obstacle],
+    requests: &[Request],
+) -> Vec<Option<Placed>> {
+    let of_words = |&room: &Room| Placed { room, leader: None, plate: false, variant: 0 };
+    let mut taken: Vec<Placed> = words.iter().map(of_words).collect();
+    let mut placed = Vec::with_capacity(requests.len());
     for request in requests {
-        let taken: Vec<Placed> = placed.iter().flatten().copied().collect();
-        let scene = Scene { panel, obstacles, taken: &taken };
-        placed.push(scene.best(request));
+        let best = Scene { panel, obstacles, taken: &taken }.best(request);
+        taken.extend(best);
+        placed.push(best);
     }
     placed
 }

@@ -61,7 +61,7 @@ impl Seen {
         any(surfaces.triangles.len(), stop, |t| {
             let world = surfaces.corners(t);
             let corners = world.map(|p| optics.world_from_lens().point_inverse(p));
-            let way = light.way_to(surfaces.corners(t));
+            let way = light.way_to(world);
             // Mostly its corners tell enough: what is in view of it lies between them, no nearer and no farther. (A little more,
             // for rounding.)
             let beyond = corners.map(|p| optics.film_normal().dot(p) > 0.0);
@@ -90,8 +90,8 @@ impl Seen {
         let of_chunk = |chunk: std::ops::Range<usize>| {
             let mut part = empty.clone();
             for t in chunk {
-                let corners = surfaces.corners(t).map(|p| optics.world_from_lens().point_inverse(p));
-                let corners = frame.in_view(corners);
+                let world = surfaces.corners(t);
+                let corners = frame.in_view(world.map(|p| optics.world_from_lens().point_inverse(p)));
                 for blur in frame.blurs(&corners) {
                     part.blur = [part.blur[0].max(blur), part.blur[1].min(blur)];
                 }
@@ -105,9 +105,7 @@ impl Seen {
                     part.textured[material] |= is_textured;
                     part.triangles += 1;
                     if let Some(light) = &light {
-                        part.shadow = part
-                            .shadow
-                            .max(light.way_to(surfaces.corners(t)) * frame.magnification(&corners));
+                        part.shadow = part.shadow.max(light.way_to(world) * frame.magnification(&corners));
                     }
                 }
             }

@@ -255,12 +255,13 @@ impl Picture<'_> {
                 });
                 let looks = looks.get_mut();
                 self.make_looks(&film, raster.surfaces(), groups.runs().map(|run| run[0].id), looks);
+                // The weight and the light of each sample belong together: see `shade::falloff`.
+                let is_apart = |look| self.shared && self.falloff.is_some() && self.shader.varies(look);
                 let mut shade = |samples: &Samples<'_>, drawn: &mut [[Vec4; 2]]| {
                     for run in groups.runs() {
                         let look = looks.get(run[0].id);
                         let (mut samples, mut run) = (*samples, run);
-                        // The weight and the light of each sample belong together: see `shade::falloff`.
-                        if self.shared && self.falloff.is_some() && self.shader.varies(look) {
+                        if is_apart(look) {
                             singles.clear();
                             singles.extend(run.iter().flat_map(|group| group.singles()));
                             (samples.single, run) = (true, &singles[..]);
@@ -288,7 +289,11 @@ impl Picture<'_> {
                     move_on(drawn, &mut far[0]);
                     move_on(drawn_beside, &mut far[1]);
                 }
-                tally.requests += groups.runs().map(|run| run.len() as u64).sum::<u64>();
+                let requests = |run: &[Group]| match is_apart(looks.get(run[0].id)) {
+                    true => run.iter().map(|group| u64::from(group.lanes.count_ones())).sum(),
+                    false => run.len() as u64,
+                };
+                tally.requests += groups.runs().map(requests).sum::<u64>();
                 watch.lap(&mut tally.stages.shading);
             }
             if is_long {

@@ -83,8 +83,7 @@ impl Highlights {
 
     /// `positions` are those of the surfaces, in the lens frame. Diffraction spreads light over `disks`. A pixel has
     /// `samples` at least. What stands before a light that few samples meet keeps its part away, and what stands before the `sun`, where that
-    /// casts shadows, the sun's. Once it is to `stop` what is found tells
-    /// nothing.
+    /// casts shadows, the sun's. Once it is to `stop` what is found tells nothing.
     pub(super) fn new(
         (scene, materials): (&Scene, &[Material]),
         (view, shape): (&View, &ApertureShape),

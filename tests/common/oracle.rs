@@ -35,7 +35,7 @@ struct Seen {
 }
 
 /// Renders the pixel in column `i` and row `j`. With `grouped` samples that see one triangle are shaded together, up to 64 in one go:
-/// the level of a texture is that of their mean place, and falloff the mean of it over the even or the odd ones.
+/// the level of a texture is that of their mean place. With falloff each is by itself: its weight is that of its own light.
 pub fn pixel(scene: &Scene, i: u32, j: u32, grouped: bool) -> Pixel {
     let mut out = Pixel { mean: DVec3::ZERO, in_doubt: 0, slack: 0.0 };
     let Budget::Samples(n) = scene.render.budget else { panic!("the oracle needs a number of samples") };
@@ -56,7 +56,8 @@ pub fn pixel(scene: &Scene, i: u32, j: u32, grouped: bool) -> Pixel {
             let triangles = [sample, other].map(|s| s.hit.as_ref().map(|hit| hit.triangle));
             triangles[0] == triangles[1]
         };
-        let group: Vec<&Seen> = if grouped { samples.iter().filter(same).collect() } else { Vec::new() };
+        let is_grouped = grouped && !scene.render.falloff;
+        let group: Vec<&Seen> = if is_grouped { samples.iter().filter(same).collect() } else { Vec::new() };
         // One in doubt moves the mean place of the others.
         let mut doubt = sample.doubt || group.iter().any(|other| other.doubt);
         let count = group.len() as f64;
@@ -65,18 +66,7 @@ pub fn pixel(scene: &Scene, i: u32, j: u32, grouped: bool) -> Pixel {
         let place = if group.len() > 1 { (lens, film) } else { (sample.lens, sample.film) };
         let (color, near, slack) = radiance(scene, sample, place);
         doubt |= near;
-        let alike: Vec<f64> = group
-            .iter()
-            .filter(|other| other.number % 2 == sample.number % 2)
-            .map(|s| falloff(scene, s))
-            .collect();
-        let color = color
-            * if alike.is_empty() {
-                falloff(scene, sample)
-            } else {
-                alike.iter().sum::<f64>() / alike.len() as f64
-            };
-        out.mean += color / f64::from(n);
+        out.mean += color * falloff(scene, sample) / f64::from(n);
         out.slack += slack / f64::from(n);
         out.in_doubt += u32::from(doubt);
     }

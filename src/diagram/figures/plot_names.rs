@@ -269,16 +269,7 @@ fn obstacles(chart: &Chart) -> Vec<Obstacle> {
 
 /// The guides' names, along them, and what is written beside points.
 fn guides(chart: &Chart, legend: Option<[f64; 4]>, theme: &Theme) -> Result<Vec<Item>> {
-    let mut obstacles = obstacles(chart);
-    if let Some([l, t, r, b]) = legend {
-        let middle = 0.5 * (t + b);
-        obstacles.push(Obstacle {
-            a: [l, middle],
-            b: [r, middle],
-            half: 0.5 * (b - t),
-            weight: Weight::Heavy,
-        });
-    }
+    let legend: Vec<Room> = legend.map(room_of).into_iter().collect();
     let named: Vec<_> =
         chart.guides.iter().filter_map(|g| g.name.as_ref().map(|name| (name, g.ends))).collect();
     let mut requests = Vec::new();
@@ -310,7 +301,7 @@ fn guides(chart: &Chart, legend: Option<[f64; 4]>, theme: &Theme) -> Result<Vec<
         }
     }
     let mut items = Vec::new();
-    let placed = place::place(&chart.panel, &obstacles, &requests);
+    let placed = place::place_around(&chart.panel, &legend, &obstacles(chart), &requests);
     for ((name, color), place) in named.into_iter().zip(placed) {
         let Some(place) = place else {
             items.push(Item::Group(canvas::without_room(name)));
