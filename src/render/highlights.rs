@@ -24,7 +24,6 @@ use crate::shade::{ShadowSun, Sight};
 use fearless_simd::Level;
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 
 /// Times that a light is expected to be met in a pixel before the samples' own word is taken: they are spread so evenly over
 /// pixel and lens that hardly any pixel misses it then. (With 16 times the error of lamps was stated up to 3 times too large.)
@@ -135,11 +134,11 @@ impl Highlights {
         };
         let meshes = (&scene.surfaces, materials);
         let free = free((level, stop), meshes, (view, shape), positions, sun, (&small, is_rare));
-        let lit = small.iter().zip(free).take_while(|_| !stop());
-        let lamps = lamps(lit, |t| {
+        let material = |t: usize| {
             let own = f64::from(materials[surfaces.attributes[t].material as usize].coverage);
             (surfaces.attributes[t].material, own)
-        });
+        };
+        let lamps = lamps(small.iter().zip(free), material, stop);
         let of_disk = |disk: &Disk| {
             let mut lights = vec![Light::default(); stride * rows];
             for &(shown, area, blurred) in lamps.iter().take_while(|_| !stop()) {
@@ -233,23 +232,26 @@ fn over(spread: Spread, disk: &Disk) -> Spread {
 fn lamps<'a>(
     small: impl Iterator<Item = (&'a Small, [f64; 2])>,
     material: impl Fn(usize) -> (u32, f64),
+    stop: &(dyn Fn() -> bool + Sync),
 ) -> Vec<(DVec3, f64, Spread)> {
-    let mut places: BTreeMap<_, (DVec3, Vec<(f64, Spread)>)> = BTreeMap::new();
-    for (light, [free, sunlit]) in small {
+    let lit = |(light, [free, sunlit]): (&Small, [f64; 2])| {
         let (material, coverage) = material(light.triangle);
         let area = light.area * free * coverage;
         let shown = light.own + light.sun * sunlit as f32;
-        if area > 0.0 && light.spread.area().is_finite() && shown.max_element() >= BRIGHT {
-            let (all, parts) = places.entry((material, light.spread.square())).or_default();
-            *all += shown.as_dvec3() * area;
-            parts.push((area, light.spread));
-        }
-    }
-    let lamp = |(all, parts): (DVec3, Vec<(f64, Spread)>)| {
+        let counts = area > 0.0 && light.spread.area().is_finite() && shown.max_element() >= BRIGHT;
+        counts.then(|| ((material, light.spread.square()), shown.as_dvec3(), (area, light.spread)))
+    };
+    let mut places: Vec<_> = small.take_while(|_| !stop()).filter_map(lit).collect();
+    // In a place they stay in order.
+    places.par_sort_by_key(|(place, ..)| *place);
+    let of_place = places.chunk_by(|a, b| a.0 == b.0).take_while(|_| !stop());
+    let lamp = |lights: &[(_, DVec3, (f64, Spread))]| {
+        let parts: Vec<(f64, Spread)> = lights.iter().map(|(.., part)| *part).collect();
         let area: f64 = parts.iter().map(|(area, _)| area).sum();
+        let all: DVec3 = lights.iter().map(|(_, shown, (area, _))| *shown * *area).sum();
         (all / area, area, Spread::together(&parts))
     };
-    places.into_values().map(lamp).collect()
+    of_place.map(lamp).collect()
 }
 
 /// The blocks of a tile that were raised, and what is known of all that lights may be unseen in: sums of squared errors by the word of
