@@ -72,7 +72,8 @@ pub struct Execution<'a> {
     pub memory: Option<u64>,
     /// Vector instructions; `None` for the widest that the machine has.
     pub simd: Option<SimdLevel>,
-    /// Set to stop: [`render`] then returns [`ErrorKind::Cancelled`] within a fraction of a tile's time.
+    /// Set to stop: [`render`] then returns [`ErrorKind::Cancelled`] within a fraction of a tile's time; where much may be a small bright
+    /// light, within what it takes to put in order what stands before it: half a second of 600,000 triangles.
     pub cancel: Option<&'a AtomicBool>,
     /// Called from worker threads with the number of tiles done and of all; for an error or a time again from the first with
     /// each round.
