@@ -15,6 +15,9 @@ use rayon::prelude::*;
 /// See the module.
 pub(super) fn change(scene: &Scene, stop: Stop<'_>) -> f64 {
     let (optics, surfaces) = (&scene.optics, &scene.surfaces);
+    if surfaces.normals.is_empty() {
+        return 0.0;
+    }
     let Some(light) = Light::of(scene).filter(|light| light.width > 0.0) else { return 0.0 };
     let frame = Frame::new(scene);
     let [width, height] = [scene.render.width, scene.render.height].map(f64::from);

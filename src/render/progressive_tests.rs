@@ -3,9 +3,9 @@
 use super::allocate::{Block, Forecast, Goal, TileBlocks};
 use super::covered::Covered;
 use super::kept::Blocks;
-use super::picture::Sequence;
+use super::picture::{Picture, Sequence};
 use super::progressive::Progressive;
-use super::{Execution, draw};
+use super::{Counts, Execution, draw};
 use crate::error::Result;
 use crate::picture::{Allocation, BLOCK, Exposure};
 use crate::sampling::runs::SKY_RUN;
@@ -95,12 +95,28 @@ fn errors_after_the_first_run_are_of_that_alone() -> Result<()> {
     Ok(())
 }
 
+/// The same numbers of samples drawn at once make the same picture, which states the same error.
+fn is_as_drawn_at_once(
+    picture: &Picture<'_>,
+    progressive: Progressive<'_>,
+    execution: &Execution<'_>,
+    counts: Counts,
+) -> Result<()> {
+    let (found, _) = progressive.finish(execution)?;
+    let Allocation::Blocks(samples) = found.samples() else { panic!("by block") };
+    let (wanted, _) = picture.allocated(samples, execution, counts)?;
+    assert_eq!(found.rms_error(), wanted.rms_error());
+    let places = || (0..found.height()).flat_map(|y| (0..found.width()).map(move |x| (x, y)));
+    assert!(places().all(|(x, y)| found.pixel(x, y) == wanted.pixel(x, y)));
+    Ok(())
+}
+
 /// Some blocks go on of tiles whose first run was all that was wanted of them: of these the total alone was kept.
 #[test]
 fn blocks_that_go_on_after_all_are_as_if_drawn_at_once() -> Result<()> {
     let scene = scene(THREE)?;
     let execution = Execution::default();
-    let pictures = draw(&scene, Sequence::Runs(64), &execution, |picture, counts| {
+    draw(&scene, Sequence::Runs(64), &execution, |picture, counts| {
         // Goes on nowhere.
         let tile =
             TileBlocks::new(vec![Block { pixels: 64, samples: 16, error: 1.0, cost: 1.0, is_sky: false }], 1);
@@ -113,16 +129,8 @@ fn blocks_that_go_on_after_all_are_as_if_drawn_at_once() -> Result<()> {
             progressive.round(&wanted, &execution, &|| false)?;
         }
         assert!(progressive.apart.iter().any(|&apart| apart != 0 && apart != Blocks::MAX));
-        let (found, _) = progressive.finish(&execution)?;
-        let Allocation::Blocks(samples) = found.samples() else { panic!("by block") };
-        let (wanted, _) = picture.allocated(samples, &execution, counts)?;
-        Ok([found, wanted])
-    })?;
-    let [found, wanted] = pictures;
-    assert_eq!(found.rms_error(), wanted.rms_error());
-    let places = || (0..found.height()).flat_map(|y| (0..found.width()).map(move |x| (x, y)));
-    assert!(places().all(|(x, y)| found.pixel(x, y) == wanted.pixel(x, y)));
-    Ok(())
+        is_as_drawn_at_once(picture, progressive, &execution, counts)
+    })
 }
 
 /// After a pilot the sky is to begin with more samples than the pilot gave it: its tiles are drawn in part again, and go on as a whole.
@@ -130,7 +138,7 @@ fn blocks_that_go_on_after_all_are_as_if_drawn_at_once() -> Result<()> {
 fn tiles_whose_sky_begins_again_go_on_from_what_they_have() -> Result<()> {
     let scene = scene(THREE)?;
     let execution = Execution::default();
-    let pictures = draw(&scene, Sequence::Runs(256), &execution, |picture, counts| {
+    draw(&scene, Sequence::Runs(256), &execution, |picture, counts| {
         let tile = TileBlocks::new(
             vec![Block { pixels: 64, samples: 64, error: 1e-3, cost: 1.0, is_sky: false }],
             1,
@@ -145,13 +153,6 @@ fn tiles_whose_sky_begins_again_go_on_from_what_they_have() -> Result<()> {
         let least = |block: &Block| if block.is_sky { 8 } else { 64 };
         assert!(progressive.blocks().iter().all(|block| block.samples >= least(block)));
         assert!(progressive.blocks().iter().any(|block| block.samples > 64), "none went on");
-        let (found, _) = progressive.finish(&execution)?;
-        let Allocation::Blocks(samples) = found.samples() else { panic!("by block") };
-        let (wanted, _) = picture.allocated(samples, &execution, counts)?;
-        Ok([found, wanted])
-    })?;
-    let [found, wanted] = pictures;
-    let places = || (0..found.height()).flat_map(|y| (0..found.width()).map(move |x| (x, y)));
-    assert!(places().all(|(x, y)| found.pixel(x, y) == wanted.pixel(x, y)));
-    Ok(())
+        is_as_drawn_at_once(picture, progressive, &execution, counts)
+    })
 }

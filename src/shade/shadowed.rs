@@ -223,7 +223,7 @@ fn surface<S: Simd>(
         let levels = shared.levels.to_array();
         (texture, shared, levels)
     });
-    let falloff = samples.weights(&samples.places(simd, groups));
+    let falloff = samples.falloff.and_then(|_| samples.weights(&samples.places(simd, groups)));
     for (i, group) in groups.iter().enumerate().take(LANES) {
         let counts = samples.counts(group);
         let weights = &weights[i];
@@ -257,7 +257,7 @@ fn surface<S: Simd>(
         if samples.single {
             let [even, odd] = colors;
             // The other half has none.
-            samples.add_one(group, (even + odd) * falloff.map_or(1.0, |falloff| falloff[i]), sums);
+            samples.add_one(group, (even + odd) * falloff.as_ref().map_or(1.0, |falloff| falloff[i]), sums);
         } else {
             samples.add(simd, group, colors, sums);
         }

@@ -35,7 +35,7 @@ pub(super) fn surface<S: Simd>(
     for chunk in groups.chunks(LANES) {
         let at = samples.places(simd, chunk);
         let weights = samples.weights(&at);
-        let weighed = |color: Vec4, i: usize| weights.map_or(color, |weights| color * weights[i]);
+        let weighed = |color: Vec4, i: usize| weights.as_ref().map_or(color, |weights| color * weights[i]);
         let texels = match &texture {
             Some(texture) => texture.shared(simd, chunk, &at).texels,
             None => [Vec4::ONE; LANES],

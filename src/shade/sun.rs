@@ -137,7 +137,8 @@ impl<'a> ShadowSun<'a> {
             let is_solid = !self.materials[attributes.material as usize].is_cutout();
             if is_solid && self.patch(t) != self.patch(triangle) { lanes } else { 0 }
         };
-        let stopped = self.occluders.stopped(level, &rays, true, 0xffff, &mut u32::MAX.clone(), &stops);
+        let mut first = u32::MAX;
+        let stopped = self.occluders.stopped(level, &rays, true, 0xffff, &mut first, &stops);
         f64::from(LANES as u32 - stopped.count_ones()) / LANES as f64
     }
 
