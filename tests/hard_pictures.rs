@@ -9,7 +9,7 @@ mod shapes;
 #[path = "hard_pictures/worlds.rs"]
 mod worlds;
 
-use common::scenes::{Random, Setting, camera};
+use common::scenes::{ALIGNED, Random, Setting, camera};
 use glam::DVec3;
 use groundglass::camera::Camera;
 use shapes::{Triangle, closed, counts, covered, even, sheet, total};
@@ -73,6 +73,32 @@ fn no_background_is_seen_inside_a_closed_mesh() {
         2 * at
     );
     assert_eq!((missed, leaked), (0, 0));
+}
+
+/// What one point of a wide lens sees has no image for another, where the film is turned far from it.
+#[test]
+fn a_wide_lens_sees_all_there_is_on_a_film_turned_far_from_it() {
+    for (at, (f_number, tilt)) in
+        [(0.5, 60.0), (0.5, 45.0), (0.95, -60.0), (1.4, 70.0)].into_iter().enumerate()
+    {
+        let mut random = Random(at as u64);
+        let setting = Setting { rear: [tilt, 10.0], f_number, stretch: 2.0, ..ALIGNED };
+        let camera = camera(EYE, DVec3::new(0.1, 0.0, -1.0), 50.0, setting);
+        for (levels, near) in [(1, 2.0), (4, 9.0)] {
+            let mesh: Vec<(Triangle, usize)> =
+                closed(&mut random, levels, near, 10.0).into_iter().map(|t| (t, 0)).collect();
+            for samples in [1, 16, 64, 256, 1024] {
+                let found = counts(&camera, &mesh, 96, samples);
+                let missed = found.len() as u64 * u64::from(samples) - total(&found, 0);
+                assert_eq!(
+                    missed,
+                    0,
+                    "f/{f_number}, {tilt} degrees, {samples} samples, {} triangles",
+                    mesh.len()
+                );
+            }
+        }
+    }
 }
 
 fn random_near_zero(at: u64) -> DVec3 {

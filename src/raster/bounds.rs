@@ -38,13 +38,21 @@ impl PixelBox {
     }
 }
 
-/// The part of space in which a point has a finite image for every lens point: beyond `near`, and `w` at
-/// least [`View::least_w`]. Nothing that a ray of the picture meets lies outside of it.
+/// The part of space in which a point has a finite image for every lens point: beyond `near`, and `w` at least a tenth of
+/// [`View::least_w`]; and the part that rays of the picture can meet. Mostly the second lies within the first: where `w` changes by
+/// as much over the lens as it amounts to, as it does through a wide lens on a film that is turned far from it, one lens point sees what has
+/// no image for another.
 #[derive(Clone, Debug)]
 pub(crate) struct Frustum {
-    /// Half-spaces `h.(x, 1) >= 0`.
-    planes: [DVec4; 3],
+    /// Half-spaces `h.(x, 1) >= 0` of the first.
+    finite: [DVec4; 3],
+    /// What can be met, nearer than the focal length and beyond: half-spaces of either.
+    met: [[DVec4; 3]; 2],
 }
+
+/// What of [`View::least_w`] is asked for, so that rounding can never put a visible point outside.
+const FINITE: f64 = 0.1;
+const MET: f64 = 0.5;
 
 impl Frustum {
     pub(crate) fn new(view: &View) -> Self {
@@ -52,49 +60,59 @@ impl Frustum {
         // w_s = -n.x + (n.s)(1 - z/f): the lens part is a multiple of (1 - z/f) alone.
         let slope = libm::hypot(cu[2].w, cv[2].w);
         let lens = DVec4::new(0.0, 0.0, -slope / view.focal_length, slope);
-        // A tenth, so that rounding can never put a visible point outside.
-        let least = DVec4::new(0.0, 0.0, 0.0, 0.1 * view.least_w);
+        let near = DVec4::new(0.0, 0.0, 1.0, -view.near * (1.0 - 1e-6));
+        let least = DVec4::new(0.0, 0.0, 0.0, FINITE * view.least_w);
+        // Along a ray `w` grows as `z`, and is what it is for the ray's own lens point.
+        let along = DVec4::new(0.0, 0.0, MET * view.least_w / view.near, 0.0);
+        let beyond = DVec4::new(0.0, 0.0, 1.0, -view.focal_length);
         Self {
-            planes: [
-                DVec4::new(0.0, 0.0, 1.0, -view.near * (1.0 - 1e-6)),
-                c0[2] - lens - least,
-                c0[2] + lens - least,
-            ],
+            finite: [near, c0[2] - lens - least, c0[2] + lens - least],
+            met: [[near, -beyond, c0[2] + lens - along], [near, beyond, c0[2] - lens - along]],
         }
     }
 
+    /// Whether a point has a finite image for every lens point.
     pub(crate) fn contains(&self, point: DVec3) -> bool {
-        self.planes.iter().all(|plane| plane.dot(point.extend(1.0)) >= 0.0)
+        self.finite.iter().all(|plane| plane.dot(point.extend(1.0)) >= 0.0)
     }
 
-    /// Whether all of these lie outside of one and the same plane.
+    /// Whether nothing between these can be met.
     pub(crate) fn hides(&self, points: &[DVec3]) -> bool {
-        let outside = |plane: &DVec4| points.iter().all(|point| plane.dot(point.extend(1.0)) < 0.0);
-        self.planes.iter().any(outside)
+        let outside = |plane: &DVec4, point: &DVec3| plane.dot(point.extend(1.0)) < 0.0;
+        let [[near, _, low], [.., high]] = &self.met;
+        // The larger of two linear functions is nowhere more than at a corner.
+        points.iter().all(|point| outside(near, point))
+            || points.iter().all(|point| outside(low, point) && outside(high, point))
     }
 
-    /// The part of a triangle inside: a polygon of at most six corners.
+    /// The corners of the part of a triangle that can be met: one polygon, or two.
     pub(crate) fn clip(&self, triangle: [DVec3; 3]) -> Vec<DVec3> {
-        let mut polygon = triangle.to_vec();
-        for plane in &self.planes {
-            let mut inside = Vec::with_capacity(polygon.len() + 1);
-            for (i, &a) in polygon.iter().enumerate() {
-                let b = polygon[(i + 1) % polygon.len()];
-                let (da, db) = (plane.dot(a.extend(1.0)), plane.dot(b.extend(1.0)));
-                if da >= 0.0 {
-                    inside.push(a);
-                }
-                if (da >= 0.0) != (db >= 0.0) {
-                    inside.push(a + (b - a) * (da / (da - db)));
-                }
+        let [mut corners, beyond] = [0, 1].map(|part: usize| clip(triangle.to_vec(), &self.met[part]));
+        corners.extend(beyond);
+        corners
+    }
+}
+
+/// The part of a polygon within these half-spaces.
+fn clip(mut polygon: Vec<DVec3>, planes: &[DVec4]) -> Vec<DVec3> {
+    for plane in planes {
+        let mut inside = Vec::with_capacity(polygon.len() + 1);
+        for (i, &a) in polygon.iter().enumerate() {
+            let b = polygon[(i + 1) % polygon.len()];
+            let (da, db) = (plane.dot(a.extend(1.0)), plane.dot(b.extend(1.0)));
+            if da >= 0.0 {
+                inside.push(a);
             }
-            polygon = inside;
-            if polygon.is_empty() {
-                break;
+            if (da >= 0.0) != (db >= 0.0) {
+                inside.push(a + (b - a) * (da / (da - db)));
             }
         }
-        polygon
+        polygon = inside;
+        if polygon.is_empty() {
+            break;
+        }
     }
+    polygon
 }
 
 /// The pixels that points can reach from the lens points of each cell, point by point. Those outside of the frustum
@@ -134,7 +152,7 @@ fn boxes<S: Simd>(
         let at = places.map(|axis| f64x8::load_array(simd, axis));
         let inside = match frustum {
             Some(frustum) => {
-                let [near, low, high] = &frustum.planes;
+                let [near, low, high] = &frustum.finite;
                 affine(near, &at).simd_ge(zero)
                     & affine(low, &at).simd_ge(zero)
                     & affine(high, &at).simd_ge(zero)
