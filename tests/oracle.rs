@@ -101,6 +101,13 @@ fn falloff_equals_the_oracle() {
     let mut scene = scene(&camera, yard(&mut random, 40), 48, 16);
     scene.render.falloff = true;
     compare("falloff", &scene);
+    let setting = Setting { rear: [0.0, 50.0], f_number: 4.0, stretch: 0.9, ..ALIGNED };
+    let camera = self::camera(DVec3::new(0.3, 1.2, 2.5), DVec3::new(0.0, 0.9, -3.0), 45.0, setting);
+    let mut scene = self::scene(&camera, scene.surfaces, 48, 16);
+    scene.render.falloff = true;
+    let is_before = |x: f64| scene.optics.axis().dot(scene.optics.film_point(x, 0.0)) > 0.0;
+    assert_ne!(is_before(0.055), is_before(-0.055), "one end of the film stands before the lens");
+    compare("falloff, through the plane of the lens", &scene);
 }
 
 #[test]

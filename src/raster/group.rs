@@ -40,16 +40,6 @@ impl Group {
         batches_of(self.lanes)
     }
 
-    /// Its samples, each by itself.
-    pub(crate) fn singles(self) -> impl Iterator<Item = Self> {
-        let mut rest = self.lanes;
-        std::iter::from_fn(move || {
-            let lanes = rest & rest.wrapping_neg();
-            rest ^= lanes;
-            (lanes != 0).then_some(Self { lanes, ..self })
-        })
-    }
-
     /// Its lanes of batch `number`.
     #[inline(always)]
     pub(crate) fn lanes_of(&self, number: usize) -> u16 {

@@ -12,7 +12,7 @@ use super::picture::Picture;
 use super::resolve::Sum;
 use super::stages::{Stages, Stopwatch};
 use crate::raster::film::TileFilm;
-use crate::raster::group::{Group, Groups};
+use crate::raster::group::Groups;
 use crate::raster::part::Part;
 use crate::raster::tile::Geometry;
 use crate::raster::view::{Batch, Pattern, from_center};
@@ -30,8 +30,6 @@ use std::sync::Mutex;
 pub(super) struct TileScratch {
     raster: raster::tile::TileScratch,
     groups: Groups,
-    /// Those of one surface, taken apart.
-    singles: Vec<Group>,
     looks: RefCell<Looks>,
     look_ups: LookUps,
     /// What stood before the sun last.
@@ -139,17 +137,8 @@ impl Picture<'_> {
         stop: &dyn Fn() -> bool,
     ) -> (Tally, usize) {
         let mut tally = Tally::default();
-        let TileScratch {
-            raster,
-            groups,
-            singles,
-            looks,
-            look_ups,
-            last,
-            sums: drawn,
-            beside: drawn_beside,
-            far,
-        } = scratch;
+        let TileScratch { raster, groups, looks, look_ups, last, sums: drawn, beside: drawn_beside, far } =
+            scratch;
         let geometry = Geometry {
             view: &self.view,
             bins: &self.bins,
@@ -255,29 +244,20 @@ impl Picture<'_> {
                 });
                 let looks = looks.get_mut();
                 self.make_looks(&film, raster.surfaces(), groups.runs().map(|run| run[0].id), looks);
-                // The weight and the light of each sample belong together: see `shade::falloff`.
-                let is_apart = |look| self.shared && self.falloff.is_some() && self.shader.varies(look);
                 let mut shade = |samples: &Samples<'_>, drawn: &mut [[Vec4; 2]]| {
                     for run in groups.runs() {
-                        let look = looks.get(run[0].id);
-                        let (mut samples, mut run) = (*samples, run);
-                        if is_apart(look) {
-                            singles.clear();
-                            singles.extend(run.iter().flat_map(|group| group.singles()));
-                            (samples.single, run) = (true, &singles[..]);
-                        }
-                        match (look, &sun) {
+                        match (looks.get(run[0].id), &sun) {
                             (Some(look), Some(sun)) => {
                                 self.shader.shade_shadowed(
                                     self.level,
                                     look,
-                                    (&samples, sun),
+                                    (samples, sun),
                                     run,
                                     last,
                                     drawn,
                                 );
                             }
-                            (look, _) => self.shader.shade(self.level, look, &samples, run, look_ups, drawn),
+                            (look, _) => self.shader.shade(self.level, look, samples, run, look_ups, drawn),
                         }
                     }
                 };
@@ -289,11 +269,7 @@ impl Picture<'_> {
                     move_on(drawn, &mut far[0]);
                     move_on(drawn_beside, &mut far[1]);
                 }
-                let requests = |run: &[Group]| match is_apart(looks.get(run[0].id)) {
-                    true => run.iter().map(|group| u64::from(group.lanes.count_ones())).sum(),
-                    false => run.len() as u64,
-                };
-                tally.requests += groups.runs().map(requests).sum::<u64>();
+                tally.requests += groups.runs().map(|run| run.len() as u64).sum::<u64>();
                 watch.lap(&mut tally.stages.shading);
             }
             if is_long {

@@ -99,7 +99,7 @@ pub(super) fn reaches<S: Simd>(
 
 /// How function `i` changes with `u` (`lens` 1) or `v` (2).
 #[inline(always)]
-fn along<S: Simd>(k: &Bilinear4, i: usize, lens: usize, at: &Places<S>) -> f32x16<S> {
+pub(super) fn along<S: Simd>(k: &Bilinear4, i: usize, lens: usize, at: &Places<S>) -> f32x16<S> {
     at.x * k[lens + 3][i] + at.y * k[lens + 6][i] + k[lens][i]
 }
 

@@ -176,15 +176,15 @@ pub(super) fn texel(texels: &[[u16; 4]], place: usize) -> Vec4 {
     }
 }
 
-/// As [`sums`], and the same with each sample's colour times its weight: both from one reading of the texels.
+/// As [`sums`], of each sample's colour times its weight, and of that times its share of light: both from one reading of the texels.
 #[cfg_attr(not(target_family = "wasm"), inline(always))]
 #[cfg_attr(target_family = "wasm", inline(never))]
-pub(crate) fn sums_and_weighted<S: Simd>(
+pub(crate) fn weighed_and_lit<S: Simd>(
     simd: S,
     choice: Choice<'_>,
     at: [f32x16<S>; 2],
     (lanes, odd): (u16, u16),
-    weights: &[f32; LANES],
+    [weights, lights]: [&[f32; LANES]; 2],
 ) -> [[Vec4; 2]; 2] {
     let mut colors = [Vec4::ZERO; LANES];
     each(simd, choice, at, lanes, &mut colors);
@@ -194,8 +194,9 @@ pub(crate) fn sums_and_weighted<S: Simd>(
         let lane = rest.trailing_zeros() as usize % LANES;
         rest &= rest - 1;
         let half = usize::from(odd >> lane & 1);
-        sums[0][half] += colors[lane];
-        sums[1][half] += colors[lane] * weights[lane];
+        let color = colors[lane] * weights[lane];
+        sums[0][half] += color;
+        sums[1][half] += color * lights[lane];
     }
     sums
 }

@@ -5,7 +5,7 @@
 //! unless the sun casts shadows, which have a path of their own ([`shadowed`]): what is off costs nothing.
 //!
 //! The way: [`look`], a surface in a tile; [`run`], [`single`] below 16 samples a pixel, or [`shadowed`] with [`sun`] and
-//! [`shadows`]; [`sky`] where there is no surface; [`texels`] with [`coordinates`], [`filter`], [`packed`], [`reads`], [`gather`] and [`bilinear`]; [`samples`], with
+//! [`shadows`]; [`slope`] where normals are interpolated, [`sky`] where there is no surface; [`texels`] with [`coordinates`], [`filter`], [`packed`], [`reads`], [`gather`] and [`bilinear`]; [`samples`], with
 //! [`falloff`]. Before all these [`cutout`] tells `raster::kernel` what samples pass through.
 //!
 //! Samples of a pixel, up to 64, that see one surface share what hardly changes between them; each looks into the texture for
@@ -30,6 +30,7 @@ mod shadows;
 mod sight;
 mod single;
 mod sky;
+mod slope;
 mod sun;
 mod texels;
 
@@ -85,17 +86,6 @@ impl<'a> Shader<'a> {
         match self.sun {
             Some((toward, color)) => self.ambient + color * n.dot(toward).max(0.0),
             None => self.ambient,
-        }
-    }
-
-    /// Whether samples that see a surface of this look, or the sky, may receive another light each.
-    pub(crate) fn varies(&self, look: Option<&Look>) -> bool {
-        match look {
-            Some(look) => {
-                let is_curved = look.normal.is_some() && self.sun.is_some();
-                look.plane.is_some() || look.texture.is_some() || is_curved
-            }
-            None => self.horizon != self.zenith,
         }
     }
 

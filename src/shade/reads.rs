@@ -18,8 +18,10 @@ pub(super) struct Waiting {
     /// Whose they are, which lanes look, and which of these belong to the odd half.
     owners: [(u8, u16, u16); WAITING],
     each_owner: [[u8; LANES]; WAITING],
-    /// The share of the sun's light that each receives, where that differs from sample to sample.
+    /// What the light of each is weighed by, where it is.
     weights: [[f32; LANES]; WAITING],
+    /// The share of the sun's light that each receives, where that differs from sample to sample.
+    lights: [[f32; LANES]; WAITING],
     nearest: [[u32; LANES]; WAITING],
     between: [Around; WAITING],
 }
@@ -29,7 +31,7 @@ const WAITING: usize = 16;
 
 /// What the samples of 16 groups read: those of the even half of group `i` are number `2 i`, of the odd the next.
 pub(super) struct Reads {
-    /// Sums of their colours.
+    /// Sums of their colours, weighed.
     pub all: [Vec4; 2 * LANES],
     /// The same, each by the share of the sun's light that the sample receives, where that differs from sample to sample.
     pub lit: [Vec4; 2 * LANES],
@@ -40,19 +42,20 @@ impl Reads {
 
     /// Nothing yet.
     #[inline(always)]
-    pub(super) fn clear(&mut self, are_weighed: bool) {
+    pub(super) fn clear(&mut self, are_lit: bool) {
         self.all = [Vec4::ZERO; 2 * LANES];
-        if are_weighed {
+        if are_lit {
             self.lit = [Vec4::ZERO; 2 * LANES];
         }
     }
 
     #[inline(always)]
-    fn add<const WEIGHED: bool>(&mut self, owner: u8, color: Vec4, weight: f32) {
+    fn add<const WEIGHED: bool, const LIT: bool>(&mut self, owner: u8, color: Vec4, weight: f32, light: f32) {
         let owner = usize::from(owner) % (2 * LANES);
+        let color = if WEIGHED { color * weight } else { color };
         self.all[owner] += color;
-        if WEIGHED {
-            self.lit[owner] += color * weight;
+        if LIT {
+            self.lit[owner] += color * light;
         }
     }
 }
@@ -63,6 +66,7 @@ impl Waiting {
         owners: [(0, 0, 0); WAITING],
         each_owner: [[0; LANES]; WAITING],
         weights: [[0.0; LANES]; WAITING],
+        lights: [[0.0; LANES]; WAITING],
         nearest: [[0; LANES]; WAITING],
         between: [Around::NOWHERE; WAITING],
     };
@@ -103,7 +107,8 @@ impl Waiting {
         self.count == WAITING
     }
 
-    /// Samples side by side, each with an owner of its own, as many as there are, and with a weight where these are wanted.
+    /// Samples side by side, each with an owner of its own, as many as there are, and with a weight and a share of the sun's light where
+    /// these are wanted.
     #[cfg_attr(not(target_family = "wasm"), inline(always))]
     #[cfg_attr(target_family = "wasm", inline(never))]
     pub(super) fn add_packed<S: Simd>(
@@ -112,7 +117,7 @@ impl Waiting {
         choice: Choice<'_>,
         at: [f32x16<S>; 2],
         (owners, filled): (&[u8; LANES], usize),
-        weights: Option<f32x16<S>>,
+        (weights, lights): (Option<f32x16<S>>, Option<f32x16<S>>),
         reads: &mut Reads,
     ) {
         let number = self.count % WAITING;
@@ -120,47 +125,57 @@ impl Waiting {
         if let Some(weights) = weights {
             weights.store_array(&mut self.weights[number]);
         }
+        if let Some(lights) = lights {
+            lights.store_array(&mut self.lights[number]);
+        }
         if self.place(simd, choice, at, (0, filled as u16, 0)) {
-            self.fetch_packed(simd, choice, weights.is_some(), reads);
+            self.fetch_packed(simd, choice, (weights.is_some(), lights.is_some()), reads);
         }
     }
 
-    /// Adds what they read to each owner's sum, and to another by their weights where these are wanted; none waits any more.
+    /// Adds what they read, weighed or not, to each owner's sum, and where they are lit by shares of their own to another by these; none
+    /// waits any more.
     #[inline(always)]
     pub(super) fn fetch_packed<S: Simd>(
         &mut self,
         simd: S,
         choice: Choice<'_>,
-        are_weighed: bool,
+        (are_weighed, are_lit): (bool, bool),
         reads: &mut Reads,
     ) {
         // Asked once, and not for each sample.
-        if are_weighed {
-            self.fetch_each::<S, true>(simd, choice, reads);
-        } else {
-            self.fetch_each::<S, false>(simd, choice, reads);
+        match (are_weighed, are_lit) {
+            (false, false) => self.fetch_each::<S, false, false>(simd, choice, reads),
+            (false, true) => self.fetch_each::<S, false, true>(simd, choice, reads),
+            (true, false) => self.fetch_each::<S, true, false>(simd, choice, reads),
+            (true, true) => self.fetch_each::<S, true, true>(simd, choice, reads),
         }
     }
 
     #[cfg_attr(not(target_family = "wasm"), inline(always))]
     #[cfg_attr(target_family = "wasm", inline(never))]
-    fn fetch_each<S: Simd, const WEIGHED: bool>(&mut self, simd: S, choice: Choice<'_>, reads: &mut Reads) {
+    fn fetch_each<S: Simd, const WEIGHED: bool, const LIT: bool>(
+        &mut self,
+        simd: S,
+        choice: Choice<'_>,
+        reads: &mut Reads,
+    ) {
         let texels = &choice.level.texels[..];
         let count = std::mem::take(&mut self.count);
         for (at, &(_, filled, _)) in self.owners.iter().enumerate().take(count) {
             // By number: iterators side by side go through memory, 24 instructions a sample.
-            let (owners, weights) = (&self.each_owner[at], &self.weights[at]);
+            let (owners, weights, lights) = (&self.each_owner[at], &self.weights[at], &self.lights[at]);
             let filled = usize::from(filled).min(LANES);
             if choice.nearest {
                 let places = &self.nearest[at];
                 for lane in 0..filled {
                     let color = texel(texels, places[lane] as usize) * FULL;
-                    reads.add::<WEIGHED>(owners[lane], color, weights[lane]);
+                    reads.add::<WEIGHED, LIT>(owners[lane], color, weights[lane], lights[lane]);
                 }
             } else {
                 let between = Between::new(simd, choice, &self.between[at]);
                 for lane in 0..filled {
-                    reads.add::<WEIGHED>(owners[lane], between.at(lane), weights[lane]);
+                    reads.add::<WEIGHED, LIT>(owners[lane], between.at(lane), weights[lane], lights[lane]);
                 }
             }
         }

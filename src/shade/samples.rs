@@ -3,8 +3,8 @@
 //!
 //! In: batches (`raster::view`), groups of them (`raster::group`), and at the end each group's light ([`super::run`],
 //! [`super::shadowed`]). Out: a group's place, the mean of its samples' `u, v, x, y`; film points `p = p_0 + x dx + y dy` and
-//! directions `q_w s - p`; and `sum += light falloff`, for the even and for the odd samples of a group's pixel, which
-//! `render::resolve` takes up.
+//! directions `q_w s - p`; what each sample's light is to be weighed by; and the sums of light, over the even and over the odd samples
+//! of a group's pixel, which `render::resolve` takes up.
 
 use super::Falloff;
 use crate::raster::group::Group;
@@ -48,8 +48,9 @@ impl Rays {
 pub(crate) struct LaneSums {
     sums: [[[Vec4; 16]; 4]; BATCHES],
     lanes: [Vec4; BATCHES * LANES],
-    /// The most that two lanes lie apart: `u`, `v`, `x`, `y`.
+    /// The most that two lanes lie apart: `u`, `v`, `x`, `y`; and the middle between these.
     pub(super) ranges: Vec4,
+    middle: Vec4,
     /// Lanes whose samples belong to the other half of the error estimate.
     pub(super) odd: u64,
 }
@@ -72,6 +73,7 @@ impl LaneSums {
             sums: [[[Vec4::ZERO; 16]; 4]; BATCHES],
             lanes: [Vec4::ZERO; BATCHES * LANES],
             ranges: Vec4::ZERO,
+            middle: Vec4::ZERO,
             odd: 0,
         };
         let (mut low, mut high) = (Vec4::INFINITY, Vec4::NEG_INFINITY);
@@ -89,7 +91,9 @@ impl LaneSums {
                 (low, high) = (low.min(lane(batch, i)), high.max(lane(batch, i)));
             }
         }
-        all.ranges = (high - low).max(Vec4::ZERO);
+        if low.cmple(high).all() {
+            (all.ranges, all.middle) = (high - low, 0.5 * (low + high));
+        }
         all
     }
 
@@ -171,6 +175,17 @@ impl Samples<'_> {
         Places::of_rows(simd, &rows)
     }
 
+    /// The middles of what the samples of up to 16 groups may lie in.
+    #[inline(always)]
+    pub(super) fn middles<S: Simd>(&self, simd: S, groups: &[Group]) -> Places<S> {
+        let mut rows = [[0.0; 4]; LANES];
+        for (row, group) in rows.iter_mut().zip(groups) {
+            let corner = self.corner(group);
+            *row = (self.means.middle + Vec4::new(0.0, 0.0, corner.x, corner.y)).to_array();
+        }
+        Places::of_rows(simd, &rows)
+    }
+
     /// The places of a batch's samples in the block of a group.
     #[inline(always)]
     pub(super) fn of_batch<S: Simd>(&self, simd: S, group: &Group, batch: &Batch) -> Places<S> {
@@ -185,26 +200,32 @@ impl Samples<'_> {
 
     /// How many samples of a group belong to the even and the odd half.
     #[inline(always)]
-    pub(super) fn counts(&self, group: &Group) -> [f32; 2] {
+    fn counts(&self, group: &Group) -> [f32; 2] {
         let odd = (group.lanes & self.means.odd).count_ones();
         [(group.lanes.count_ones() - odd) as f32, odd as f32]
     }
 
-    /// Of up to 16 groups what the light of each is to be weighed by before it is added, where each is a single sample; none where it is not
-    /// to be weighed.
+    /// What the light of samples at 16 places is to be weighed by; none where it is not to be weighed.
     #[inline(always)]
-    pub(super) fn weights<S: Simd>(&self, at: &Places<S>) -> Option<[f32; LANES]> {
-        let falloff = self.falloff.filter(|_| self.single)?;
-        Some(falloff.weights(self.rays, at).to_array())
+    pub(super) fn weights<S: Simd>(&self, simd: S, at: &Places<S>) -> Option<f32x16<S>> {
+        match self.falloff {
+            Some(falloff) => Some(falloff.weights(simd, self.rays, at)),
+            None => None,
+        }
     }
 
-    /// Adds the light of a group's even and odd samples to its pixel.
+    /// The sums of these weights over a group's even and odd samples: how many they are, where their light is not weighed.
     #[inline(always)]
-    pub(super) fn add<S: Simd>(&self, simd: S, group: &Group, mut colors: [Vec4; 2], sums: &mut Sums) {
-        if let Some(falloff) = self.falloff {
-            let [even, odd] = falloff.means(simd, self, group);
-            colors = [colors[0] * even, colors[1] * odd];
+    pub(super) fn totals<S: Simd>(&self, simd: S, group: &Group) -> [f32; 2] {
+        match self.falloff {
+            Some(falloff) => falloff.sums(simd, self, group),
+            None => self.counts(group),
         }
+    }
+
+    /// Adds the light of a group's even and odd samples, weighed already, to its pixel.
+    #[inline(always)]
+    pub(super) fn add(&self, group: &Group, colors: [Vec4; 2], sums: &mut Sums) {
         let pixel = self.pattern.corner(u32::from(group.block));
         if let Some([even, odd]) = sums.get_mut((pixel.1 * TILE + pixel.0) as usize) {
             *even += colors[0];

@@ -4,12 +4,13 @@
 //! point of its own of the sun's disk, with the normal where it starts, and its texel counts by what arrives along it.
 //!
 //! The ray starts at `s + t (q_w s - p)`, `1/t = D.N / N.(v0 - s)`, and [`super::sun`] tells whether it arrives. Of `k` samples
-//! the light is `k Ke + Kd (ambient sum texel + sun sum(texel max(0, n.l) visible))`; [`super::samples`] adds it.
+//! the light is `k Ke + Kd (ambient sum texel + sun sum(texel max(0, n.l) visible))`; [`super::samples`] adds it. With falloff each
+//! sample counts by its weight, in `k` as in the sums.
 
 use super::look::Look;
-use super::run::{facing, rise};
 use super::samples::{Places, Rays, Samples, Sums};
 use super::shadows::SunRays;
+use super::slope::{dot, facing, set_around};
 use super::sun::{Asking, ShadowSun, SurfacePlane, directions};
 use super::texels::Textured;
 use super::{Shader, gather};
@@ -50,7 +51,7 @@ impl Shader<'_> {
     ) {
         let Some(plane) = &look.plane else { return };
         for chunk in groups.chunks(LANES) {
-            let mut weights = [[0.0; LANES]; LANES];
+            let mut lights = [[0.0; LANES]; LANES];
             let set = at_level!(level, simd => set(simd, look, samples, sun.sun, chunk));
             let mut packet: [Ray; LANES] = Default::default();
             let mut filled = 0;
@@ -64,15 +65,15 @@ impl Shader<'_> {
                     rest &= rest - 1;
                     filled += 1;
                     if filled == LANES {
-                        trace(level, look, plane, (samples, sun), chunk, &packet, last, &mut weights);
+                        trace(level, look, plane, (samples, sun), chunk, &packet, last, &mut lights);
                         filled = 0;
                     }
                 }
             }
             if filled > 0 {
-                trace(level, look, plane, (samples, sun), chunk, &packet[..filled], last, &mut weights);
+                trace(level, look, plane, (samples, sun), chunk, &packet[..filled], last, &mut lights);
             }
-            at_level!(level, simd => surface(simd, self, look, (samples, sun.batch), chunk, &weights, sums));
+            at_level!(level, simd => surface(simd, self, look, (samples, sun.batch), chunk, &lights, sums));
         }
     }
 }
@@ -85,16 +86,16 @@ fn set<S: Simd>(simd: S, look: &Look, samples: &Samples<'_>, sun: &ShadowSun<'_>
     }
     let zero = f32x16::splat(simd, 0.0);
     let [.., toward] = sun.rows();
-    let at = samples.places(simd, groups);
     if let Some(normal) = &look.normal {
-        let (rise, unsure) = rise(simd, normal, look.face, toward, samples.rays, &at);
-        return rise.simd_le(zero).to_bitmask() as u16 & !unsure;
+        let middles = samples.middles(simd, groups);
+        return set_around(simd, normal, look.face, toward, samples, &middles);
     }
+    let at = samples.places(simd, groups);
     let [x, y, z] = facing(simd, look, samples.rays, &at);
     (x * toward.x + y * toward.y + z * toward.z).simd_le(zero).to_bitmask() as u16
 }
 
-/// Sets the weight of up to 16 samples: the cosine of their sun's height over the surface, or 0 in its shadow.
+/// Sets the light of up to 16 samples: the cosine of their sun's height over the surface, or 0 in its shadow.
 #[expect(clippy::too_many_arguments, reason = "what stands for one packet, apart from what it changes")]
 fn trace(
     level: Level,
@@ -104,7 +105,7 @@ fn trace(
     groups: &[Group],
     packet: &[Ray],
     last: &mut u32,
-    weights: &mut [[f32; LANES]; LANES],
+    lights: &mut [[f32; LANES]; LANES],
 ) {
     let batch = sun.batch;
     let mut places = [[0.0; LANES]; 4];
@@ -152,7 +153,7 @@ fn trace(
     let lit = alive & !sun.sun.stopped(level, &rays, alive, last, &asking);
     for (at, &(i, lane)) in packet.iter().enumerate().take(LANES) {
         if lit >> at & 1 == 1 {
-            weights[usize::from(i) % LANES][usize::from(lane) % LANES] = heights[at];
+            lights[usize::from(i) % LANES][usize::from(lane) % LANES] = heights[at];
         }
     }
 }
@@ -183,11 +184,10 @@ fn aim<S: Simd>(
     let lens = (t * (pz / tile.focal_length + 1.0) + 1.0) * tile.radius;
     let at = [lens * u - t * px, lens * v - t * py, zero - t * pz];
     let rows = sun.rows();
-    let turned = |row: Vec3| at[0] * row.x + at[1] * row.y + at[2] * row.z;
-    let from = [turned(rows[0]), turned(rows[1]), turned(rows[2])];
+    let from = [dot(&at, rows[0]), dot(&at, rows[1]), dot(&at, rows[2])];
     rays.from = [from[0].to_array(), from[1].to_array(), from[2].to_array()];
-    let normal = |row: Vec3| nx * row.x + ny * row.y + nz * row.z;
-    let n = [normal(rows[0]), normal(rows[1]), normal(rows[2])];
+    let normal = [nx, ny, nz];
+    let n = [dot(&normal, rows[0]), dot(&normal, rows[1]), dot(&normal, rows[2])];
     let face = plane.normal.as_vec3();
     let face = Vec3::from_array(rows.map(|row| row.dot(face)));
     if !sun.is_soft() {
@@ -211,7 +211,7 @@ fn surface<S: Simd>(
     look: &Look,
     (samples, batch): (&Samples<'_>, &Batch),
     groups: &[Group],
-    weights: &[[f32; LANES]; LANES],
+    lights: &[[f32; LANES]; LANES],
     sums: &mut Sums,
 ) {
     let material = &shader.materials[look.material as usize];
@@ -223,43 +223,45 @@ fn surface<S: Simd>(
         let levels = shared.levels.to_array();
         (texture, shared, levels)
     });
-    let falloff = samples.falloff.and_then(|_| samples.weights(&samples.places(simd, groups)));
     for (i, group) in groups.iter().enumerate().take(LANES) {
-        let counts = samples.counts(group);
-        let weights = &weights[i];
-        let mut total = [0.0; 2];
+        let totals = samples.totals(simd, group);
+        let lights = &lights[i];
+        let weights = samples.weights(simd, &samples.of_batch(simd, group, batch));
+        let weights = weights.map_or([1.0; LANES], |weights| weights.to_array());
+        let mut light = [0.0; 2];
         let mut rest = group.lanes_of(0);
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % LANES;
             rest &= rest - 1;
-            total[usize::from(batch.odd >> lane & 1)] += weights[lane];
+            light[usize::from(batch.odd >> lane & 1)] += lights[lane] * weights[lane];
         }
-        let mut colors = [0, 1].map(|half: usize| (emission + ambient) * counts[half] + color * total[half]);
+        let mut colors = [0, 1].map(|half: usize| (emission + ambient) * totals[half] + color * light[half]);
         if let Some((texture, shared, levels)) = &mut texture {
             let (all, lit) = if shared.which >> i & 1 == 1 {
                 let texel = shared.texels[i];
-                (counts.map(|count| texel * count), total.map(|total| texel * total))
+                (totals.map(|total| texel * total), light.map(|light| texel * light))
             } else {
                 let Some((choice, at)) = texture.alone(simd, group, levels[i] as usize) else {
                     continue;
                 };
                 let (lanes, odd) = (group.lanes_of(0), batch.odd);
-                if total == [0.0; 2] {
+                if samples.falloff.is_none() && light == [0.0; 2] {
                     (gather::sums(simd, choice, at, lanes, odd), [Vec4::ZERO; 2])
                 } else {
-                    let [all, lit] = gather::sums_and_weighted(simd, choice, at, (lanes, odd), weights);
+                    let [all, lit] =
+                        gather::weighed_and_lit(simd, choice, at, (lanes, odd), [&weights, lights]);
                     (all, lit)
                 }
             };
             colors =
-                [0, 1].map(|half: usize| emission * counts[half] + all[half] * ambient + lit[half] * color);
+                [0, 1].map(|half: usize| emission * totals[half] + all[half] * ambient + lit[half] * color);
         }
         if samples.single {
             let [even, odd] = colors;
             // The other half has none.
-            samples.add_one(group, (even + odd) * falloff.as_ref().map_or(1.0, |falloff| falloff[i]), sums);
+            samples.add_one(group, even + odd, sums);
         } else {
-            samples.add(simd, group, colors, sums);
+            samples.add(group, colors, sums);
         }
     }
 }

@@ -8,8 +8,9 @@
 
 use super::Shader;
 use super::look::Look;
-use super::run::{Slope, away};
+use super::run::away;
 use super::samples::{Samples, Sums};
+use super::slope::Slope;
 use super::texels::Textured;
 use crate::raster::LANES;
 use crate::raster::group::Group;
@@ -34,7 +35,7 @@ pub(super) fn surface<S: Simd>(
     let sides = look.lit.map(|light| diffuse * light.extend(0.0));
     for chunk in groups.chunks(LANES) {
         let at = samples.places(simd, chunk);
-        let weights = samples.weights(&at);
+        let weights = samples.weights(simd, &at).map(|weights| weights.to_array());
         let weighed = |color: Vec4, i: usize| weights.as_ref().map_or(color, |weights| color * weights[i]);
         let texels = match &texture {
             Some(texture) => texture.shared(simd, chunk, &at).texels,

@@ -41,7 +41,7 @@ pub(super) fn sky<S: Simd>(
         for chunk in groups.chunks(LANES) {
             let at = samples.places(simd, chunk);
             let rise = shader.rise(simd, samples, &at).to_array();
-            let weights = samples.weights(&at).unwrap_or([1.0; LANES]);
+            let weights = samples.weights(simd, &at).map_or([1.0; LANES], |weights| weights.to_array());
             for ((group, &rise), &weight) in chunk.iter().zip(&rise).zip(&weights) {
                 samples.add_one(group, shader.sky_at(rise, 1.0) * weight, sums);
             }
@@ -55,14 +55,18 @@ pub(super) fn sky<S: Simd>(
             let (lanes, Some(batch)) = (group.lanes_of(number), samples.batches.get(number)) else {
                 continue;
             };
-            let rise = shader.rise(simd, samples, &samples.of_batch(simd, group, batch));
+            let at = samples.of_batch(simd, group, batch);
+            let mut rise = shader.rise(simd, samples, &at);
+            if let Some(weights) = samples.weights(simd, &at) {
+                rise *= weights;
+            }
             let part = |lanes: u16| mask32x16::from_bitmask(simd, u64::from(lanes));
             even += part(lanes & !batch.odd).select(rise, zero);
             odd += part(lanes & batch.odd).select(rise, zero);
         }
-        let counts = samples.counts(group);
-        let colors = [(even, counts[0]), (odd, counts[1])]
+        let totals = samples.totals(simd, group);
+        let colors = [(even, totals[0]), (odd, totals[1])]
             .map(|(rise, count)| shader.sky_at(total(simd, rise, 0xffff), count));
-        samples.add(simd, group, colors, sums);
+        samples.add(group, colors, sums);
     }
 }

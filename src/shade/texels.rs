@@ -1,7 +1,7 @@
 //! What up to 16 groups of samples that see one surface read from its texture: groups in, the sums of their colours out.
 //!
 //! For [`super::run`], and in part for [`super::shadowed`]: over the even and over the odd samples of a group `sum texel(s, t)`,
-//! or `k texel(s, t)` of `k` samples where one look-up is shared.
+//! or `k texel(s, t)` of `k` samples where one look-up is shared; with falloff each sample counts by its weight.
 //!
 //! The pixel's footprint is computed at each group's mean place. Where the texture is smooth as far as a group's samples
 //! look, one look-up at their mean place stands for all of them. Elsewhere each sample looks for itself
@@ -14,8 +14,8 @@ use super::gather;
 use super::look::{Bilinear4, Look};
 use super::packed::Packed;
 use super::reads::{Reads, Waiting};
-use super::run::Slope;
 use super::samples::{Places, Samples};
+use super::slope::Slope;
 use crate::raster::group::{Group, batches_of};
 use crate::raster::view::Batch;
 use crate::raster::{BATCHES, LANES};
@@ -80,7 +80,7 @@ impl<'a, S: Simd> Textured<'a, S> {
         let Shared { which: shared, texels, levels } = self.shared(simd, groups, at);
         if shared != 0 {
             for (i, group) in groups.iter().enumerate().take(LANES) {
-                let [even, odd] = self.samples.counts(group);
+                let [even, odd] = self.samples.totals(simd, group);
                 (reads.all[2 * i], reads.all[2 * i + 1]) = (texels[i] * even, texels[i] * odd);
             }
             if let Some(slope) = slope {
@@ -94,9 +94,9 @@ impl<'a, S: Simd> Textured<'a, S> {
         while rest != 0 {
             let (level, same) = of_first(simd, levels, rest);
             if let Some(choice) = Choice::colour(self.map, level, self.look.anchor) {
-                let sparse = match slope {
-                    None => self.full(simd, choice, (groups, same), look_ups, reads),
-                    Some(_) => lanes_of(groups, same),
+                let sparse = match (slope, self.samples.falloff) {
+                    (None, None) => self.full(simd, choice, (groups, same), look_ups, reads),
+                    _ => lanes_of(groups, same),
                 };
                 self.packed(simd, choice, (groups, &sparse), slope, look_ups, reads);
             }
@@ -229,13 +229,14 @@ impl<'a, S: Simd> Textured<'a, S> {
             let (places, owners, filled) = packed.batch(simd, number);
             let coordinates = Coordinates::new(self.functions, places.u, places.v);
             let spots = coordinates.at(simd, places.x, places.y).usable(simd);
-            let weights = match slope {
+            let lights = match slope {
                 Some(slope) => Some(slope.light(simd, self.samples.rays, &places)),
                 None => None,
             };
-            waiting.add_packed(simd, choice, spots, (owners, filled), weights, reads);
+            let shares = (self.samples.weights(simd, &places), lights);
+            waiting.add_packed(simd, choice, spots, (owners, filled), shares, reads);
         }
-        waiting.fetch_packed(simd, choice, slope.is_some(), reads);
+        waiting.fetch_packed(simd, choice, (self.samples.falloff.is_some(), slope.is_some()), reads);
     }
 }
 

@@ -35,7 +35,7 @@ struct Seen {
 }
 
 /// Renders the pixel in column `i` and row `j`. With `grouped` samples that see one triangle are shaded together, up to 64 in one go:
-/// the level of a texture is that of their mean place. With falloff each is by itself: its weight is that of its own light.
+/// the level of a texture is that of their mean place. With falloff the light of each has its own weight.
 pub fn pixel(scene: &Scene, i: u32, j: u32, grouped: bool) -> Pixel {
     let mut out = Pixel { mean: DVec3::ZERO, in_doubt: 0, slack: 0.0 };
     let Budget::Samples(n) = scene.render.budget else { panic!("the oracle needs a number of samples") };
@@ -56,8 +56,7 @@ pub fn pixel(scene: &Scene, i: u32, j: u32, grouped: bool) -> Pixel {
             let triangles = [sample, other].map(|s| s.hit.as_ref().map(|hit| hit.triangle));
             triangles[0] == triangles[1]
         };
-        let is_grouped = grouped && !scene.render.falloff;
-        let group: Vec<&Seen> = if is_grouped { samples.iter().filter(same).collect() } else { Vec::new() };
+        let group: Vec<&Seen> = if grouped { samples.iter().filter(same).collect() } else { Vec::new() };
         // One in doubt moves the mean place of the others.
         let mut doubt = sample.doubt || group.iter().any(|other| other.doubt);
         let count = group.len() as f64;
@@ -278,7 +277,7 @@ fn ray(scene: &Scene, lens: DVec2, film: DVec2) -> Ray {
     scene.optics.ray(lens.x, lens.y, x, y)
 }
 
-/// The part of the light that arrives along a sample's ray.
+/// The part of the light that arrives along a sample's ray: none where the film stands before the plane of the lens.
 fn falloff(scene: &Scene, sample: &Seen) -> f64 {
     if !scene.render.falloff {
         return 1.0;
@@ -290,7 +289,7 @@ fn falloff(scene: &Scene, sample: &Seen) -> f64 {
     let origin = optics.ray(sample.lens.x, sample.lens.y, film_x, film_y).origin;
     let weight = |s: DVec3, p: DVec3| {
         let r = p - s;
-        let cos = |n: DVec3| (n.dot(r) / r.length()).abs();
+        let cos = |n: DVec3| (n.dot(r) / r.length() * n.dot(optics.film_center()).signum()).max(0.0);
         cos(optics.axis()) * cos(optics.film_normal()) / r.length_squared()
     };
     weight(origin, optics.film_point(film_x, film_y)) / weight(DVec3::ZERO, optics.film_center())
