@@ -82,27 +82,36 @@ fn the_stated_error_is_the_true_one_and_a_target_is_reached() {
 }
 
 #[test]
-fn edges_along_rows_of_pixels_do_not_end_a_picture_too_early() {
+fn edges_along_rows_or_diagonals_of_pixels_do_not_end_a_picture_too_early() {
     // All pixels along such an edge err alike, and where the halves of the samples agree by chance they seem to be right.
-    let scene = |seed: u64, stretch: f64| {
-        let setting = Setting { front: [0.0, 0.0], rear: [0.0, 0.0], f_number: 16.0, stretch, rise: 0.0 };
+    let scene = |seed: u64, stretch: f64, f_number: f64, is_turned: bool| {
+        let setting = Setting { front: [0.0, 0.0], rear: [0.0, 0.0], f_number, stretch, rise: 0.0 };
         let camera = camera(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, 150.0, setting);
         let mut surfaces = Surfaces { materials: vec![plain([0.0; 3])], ..Default::default() };
         surfaces.materials[0].emission = [1.0; 3];
-        let corner = |x: f64, y: f64| DVec3::new(0.913 * x + 0.01, 0.787 * y + 0.007, 0.0);
+        let corner = |x: f64, y: f64| match is_turned {
+            false => DVec3::new(0.913 * x + 0.01, 0.787 * y + 0.007, 0.0),
+            true => DVec3::new(0.51 * x - 0.57 * y + 0.01, 0.51 * x + 0.57 * y + 0.007, 0.0),
+        };
         let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
         quad(&mut surfaces, corners, 1.0, 0);
         let mut scene = scene(&camera, surfaces, 240, 8192);
         (scene.sky.horizon, scene.sky.zenith, scene.render.seed) = (DVec3::ZERO, DVec3::ZERO, seed);
         scene
     };
-    // In focus, and blurred over a pixel and a half.
-    for (stretch, targets) in [(1.0, [0.0008, 0.0003]), (1.08, [0.0015, 0.0004])] {
-        let truth = draw(&scene(99, stretch));
+    // In focus, and blurred over a pixel and a half; diagonals through a pinhole too.
+    for (stretch, f_number, is_turned, targets) in [
+        (1.0, 16.0, false, [0.0008, 0.0003]),
+        (1.08, 16.0, false, [0.0015, 0.0004]),
+        (1.0, 16.0, true, [0.002, 0.0005]),
+        (1.08, 16.0, true, [0.002, 0.0006]),
+        (1.0, 0.0, true, [0.003, 0.001]),
+    ] {
+        let truth = draw(&scene(99, stretch, f_number, is_turned));
         for target in targets {
             let errors: Vec<f64> = (0..10)
                 .map(|seed| {
-                    let mut scene = scene(seed, stretch);
+                    let mut scene = scene(seed, stretch, f_number, is_turned);
                     scene.render.budget = Budget::MaxError(target);
                     gap(&draw(&scene), &truth) / target
                 })

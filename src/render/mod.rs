@@ -41,6 +41,7 @@ mod progressive_tests;
 mod resolve;
 mod room;
 mod sharing;
+mod shown;
 mod spread;
 mod stages;
 mod tile_round;
