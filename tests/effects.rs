@@ -4,9 +4,10 @@ mod common;
 
 use common::scenes::{Random, Setting, camera, noise, plain, quad, scene};
 use glam::{DMat3, DVec3};
+use groundglass::camera::Camera;
 use groundglass::quantity::Angle;
 use groundglass::render::{Execution, SimdLevel, render};
-use groundglass::scene::{Scene, Surfaces};
+use groundglass::scene::{Level, Scene, Surfaces, Texture};
 use std::sync::Arc;
 
 const OPEN: Setting =
@@ -321,5 +322,41 @@ fn falloff_weighs_each_samples_own_light() {
         assert!(gap(&alone, &pixels(&scene)) < 1e-5, "shadows: {shadows}");
         scene.render.falloff = false;
         assert!(gap(&alone, &pixels(&scene)) > 0.05, "falloff is to be seen");
+    }
+}
+
+/// Stripes on a floor, in a camera that is rolled, and a strip of few texels by many, stretched: both sides of a pixel's footprint are
+/// many times as long as it is wide. Without coarser levels to choose from every sample looks at the texture itself.
+#[test]
+fn textures_keep_their_detail_where_a_pixel_is_seen_askew() {
+    let setting = Setting { front: [0.0; 2], rear: [0.0; 2], f_number: 8.0, stretch: 1.0, rise: 0.0 };
+    for (up, size, rows) in [(DVec3::new(1.0, 1.0, 0.0), [512, 512], 64), (DVec3::Y, [512, 2], 1)] {
+        let (eye, look_at) = (DVec3::new(0.0, 1.5, 4.0), DVec3::new(0.0, 0.0, -1.0));
+        let mut camera = camera(eye, look_at, 90.0, setting);
+        camera.rail = Camera::rail_frame(eye, look_at, up).unwrap();
+        let [width, height] = size;
+        let row = |at: u32| {
+            if (at / width / rows).is_multiple_of(2) { [u16::MAX; 4] } else { [0, 0, 0, u16::MAX] }
+        };
+        let level = Level { width, height, texels: (0..width * height).map(row).collect() };
+        let mut texture = Texture::from_level(level).unwrap();
+        let [filtered, exact] = [false, true].map(|is_exact| {
+            if is_exact {
+                texture.levels = texture.levels[..1].into();
+            }
+            let mut surfaces = Surfaces { materials: vec![plain([1.0; 3])], ..Default::default() };
+            surfaces.materials[0].diffuse_map = Some(Arc::new(texture.clone()));
+            let corner = |x: f64, z: f64| DVec3::new(3.0 * x, 0.0, 4.5 * z - 2.0);
+            let corners = [corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)];
+            quad(&mut surfaces, corners, 12.0, 0);
+            let mut scene = scene(&camera, surfaces, 48, 4096);
+            scene.sun = None;
+            scene.sky.ambient = DVec3::ONE;
+            pixels(&scene)
+        });
+        let squares = filtered.iter().flatten().zip(exact.iter().flatten()).map(|(a, b)| (a - b) * (a - b));
+        let rms = (squares.sum::<f32>() / (3 * exact.len()) as f32).sqrt();
+        println!("{size:?}: {rms}");
+        assert!(rms < 0.002, "{size:?}: {rms}");
     }
 }

@@ -1,9 +1,9 @@
 //! Texture coordinates of 16 samples as functions of place: where they look, and what a pixel spans there.
 //!
 //! In: the functions `S`, `T` and `W` of a surface ([`super::look`]), lens points and places. Out: `s = S / W` and `t = T / W`,
-//! repeats of the texture from its anchor, for [`super::gather`]; the shorter side of the pixel's footprint, squared, for
-//! [`super::filter`]: the lesser of `s_x^2 + t_x^2` and `s_y^2 + t_y^2` in texels, where `s_x = (S_x - s W_x) / W`; and how far a
-//! group's samples look, for [`super::texels`]: the sum of `|s_i| range_i` over `u`, `v`, `x` and `y`.
+//! repeats of the texture from its anchor, for [`super::gather`]; the width of the pixel's footprint across its longer side, squared, for
+//! [`super::filter`]: `(s_x t_y - s_y t_x)^2` over the larger of `s_x^2 + t_x^2` and `s_y^2 + t_y^2` in texels, where
+//! `s_x = (S_x - s W_x) / W`; and how far a group's samples look, for [`super::texels`]: the sum of `|s_i| range_i` over `u`, `v`, `x` and `y`.
 
 use super::filter::FARTHEST;
 use super::look::Bilinear4;
@@ -61,17 +61,20 @@ impl<S: Simd> Coordinates<S> {
         Spots { s: moved(s, x, y)[0] * inverse, t: moved(t, x, y)[0] * inverse, inverse }
     }
 
-    /// The square of the shorter side of each pixel's footprint for a fixed lens point; `size` texels make up the
-    /// texture.
+    /// The square of the width of each pixel's footprint across its longer side, for a fixed lens point; `size` texels make up the
+    /// texture. Where the footprint is a rectangle that is its shorter side; of one that is sheared, both sides may be many times as long as
+    /// it is wide: by the shorter side stripes on a floor vanished in a camera rolled by 45 degrees, however many samples there were.
     #[inline(always)]
-    pub(super) fn shorter_side_squared(&self, spots: &Spots<S>, size: Vec2) -> f32x16<S> {
+    pub(super) fn width_squared(&self, spots: &Spots<S>, size: Vec2) -> f32x16<S> {
         let Self([[_, sx, sy], [_, tx, ty], [_, wx, wy]]) = *self;
         let Spots { s, t, inverse } = *spots;
         let (across, along) = (inverse * size.x, inverse * size.y);
         let (s_dx, t_dx) = ((sx - s * wx) * across, (tx - t * wx) * along);
         let (s_dy, t_dy) = ((sy - s * wy) * across, (ty - t * wy) * along);
         let (right, down) = (s_dx * s_dx + t_dx * t_dx, s_dy * s_dy + t_dy * t_dy);
-        right.simd_lt(down).select(right, down)
+        let area = s_dx * t_dy - s_dy * t_dx;
+        // In this order nothing grows beyond measure.
+        area * (area / right.simd_gt(down).select(right, down))
     }
 }
 

@@ -70,7 +70,7 @@ fn solid<S: Simd>(
         let corner = corner(hit.block);
         let spots = coordinates.at(simd, f32x16::splat(simd, corner.x), f32x16::splat(simd, corner.y));
         let at = spots.usable(simd);
-        let levels = filter::alpha_levels(simd, coordinates.shorter_side_squared(&spots, size));
+        let levels = filter::alpha_levels(simd, coordinates.width_squared(&spots, size));
         let mut rest = hit.lanes;
         while rest != 0 {
             let (level, same) = of_first(simd, levels, rest);

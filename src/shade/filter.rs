@@ -1,6 +1,6 @@
 //! Texture look-up: which level, and how it is read.
 //!
-//! In: the shorter side of a pixel's footprint, `d` texels of the finest level ([`super::coordinates`]). Out: the level to read,
+//! In: the width of a pixel's footprint, `d` texels of the finest level ([`super::coordinates`]). Out: the level to read,
 //! and how a place in it becomes a texel, for [`super::gather`] and [`super::bilinear`]; for a single place, its colour. Colours
 //! come from level `round(log2(d / 4))`, alpha from level `floor(log2(d / 4))`, not below 0; the texel is
 //! `floor(start + size s + part)`, modulo `size`, where the anchor lies at `start + part`.
@@ -68,23 +68,23 @@ pub(crate) struct Choice<'a> {
 
 /// Which levels hold the colours, of 16 places, where coordinates change by `dx` and `dy` from pixel to pixel, whatever the number
 /// of samples; many then average to the box-filtered texture. (A footprint of the whole pixel would blur twice.)
-/// From the square of the footprint's shorter side in texels of the finest level.
+/// From the square of the footprint's width in texels of the finest level.
 ///
-/// Minified: the nearest texel of the level whose texels are nearest to a quarter of the pixel's shorter side.
+/// Minified: the nearest texel of the level whose texels are nearest to a quarter of that width.
 /// They are at most `sqrt 2` quarters wide and blur by no more than the contract's trilinear filter at a
 /// quarter, since a box of width `w` has the variance `w^2 / 12` and a tent over two texels `w^2 / 6`: at an
 /// eighth of its loads. Magnified (level 0): bilinear.
 #[inline(always)]
-pub(super) fn colour_levels<S: Simd>(simd: S, shorter_sides_squared: f32x16<S>) -> u32x16<S> {
+pub(super) fn colour_levels<S: Simd>(simd: S, widths_squared: f32x16<S>) -> u32x16<S> {
     // log2 of a side, to the nearest whole number, is that of its square, plus one, halved and rounded down.
-    half_log2s(simd, shorter_sides_squared * (2.0 / 16.0))
+    half_log2s(simd, widths_squared * (2.0 / 16.0))
 }
 
-/// Which level holds the alpha, read bilinearly: the finer of the two about a quarter of the pixel's shorter side.
+/// Which level holds the alpha, read bilinearly: the finer of the two about a quarter of the width.
 /// It is compared to a threshold, so outlines would show single texels.
 #[inline(always)]
-pub(super) fn alpha_levels<S: Simd>(simd: S, shorter_sides_squared: f32x16<S>) -> u32x16<S> {
-    half_log2s(simd, shorter_sides_squared * (1.0 / 16.0))
+pub(super) fn alpha_levels<S: Simd>(simd: S, widths_squared: f32x16<S>) -> u32x16<S> {
+    half_log2s(simd, widths_squared * (1.0 / 16.0))
 }
 
 /// Texels of the finest level.

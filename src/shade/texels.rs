@@ -111,7 +111,7 @@ impl<'a, S: Simd> Textured<'a, S> {
         let coordinates = Coordinates::new(self.functions, at.u, at.v);
         let spots = coordinates.at(simd, at.x, at.y);
         let places = spots.usable(simd);
-        let levels = filter::colour_levels(simd, coordinates.shorter_side_squared(&spots, size));
+        let levels = filter::colour_levels(simd, coordinates.width_squared(&spots, size));
         let mut which = of_groups(groups);
         if !self.samples.single {
             let finest = if self.samples.alone || map.smooth.is_empty() {

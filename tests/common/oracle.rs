@@ -358,11 +358,12 @@ fn coordinates(scene: &Scene, hit: &Hit) -> Option<(DVec2, DVec2, DVec2)> {
     Some((mix(hit.weights), mix(hit.dx), mix(hit.dy)))
 }
 
-/// The level that is `log2` of `factor` sides of the pixel's footprint, rounded down, and whether it is near the next.
+/// The level that is `log2` of `factor` widths of the pixel's footprint across its longer side, rounded down, and whether it is near the next.
 fn level_of(texture: &Texture, dx: DVec2, dy: DVec2, factor: f64) -> (usize, bool) {
     let size = DVec2::new(f64::from(texture.levels[0].width), f64::from(texture.levels[0].height));
-    let side = (dx * size).length().min((dy * size).length());
-    let level = libm::log2(side * factor).max(0.0);
+    let (dx, dy) = (dx * size, dy * size);
+    let width = dx.perp_dot(dy).abs() / dx.length().max(dy.length());
+    let level = libm::log2(width * factor).max(0.0);
     (
         (level as usize).min(texture.levels.len() - 1),
         (level - (level + 0.5).floor()).abs() < 1e-5 && level > 1e-5,
@@ -370,7 +371,7 @@ fn level_of(texture: &Texture, dx: DVec2, dy: DVec2, factor: f64) -> (usize, boo
 }
 
 /// Colour: magnified, bilinear in the finest level; else the nearest texel of the level whose texels are nearest
-/// to a quarter of the pixel's shorter side. And whether a hair's breadth would change it, and how much a texel's breadth does.
+/// to a quarter of the pixel's width. And whether a hair's breadth would change it, and how much a texel's breadth does.
 fn colour(texture: &Texture, (uv, dx, dy): (DVec2, DVec2, DVec2)) -> ([f64; 4], bool, f64) {
     let (level, doubt) = level_of(texture, dx, dy, std::f64::consts::SQRT_2 / 4.0);
     if level == 0 {

@@ -3,6 +3,7 @@
 use super::tree::{Hit, Tree, meet};
 use glam::{DVec2, DVec3};
 use groundglass::scene::{NONE, Scene, Texture};
+use std::f64::consts::SQRT_2;
 
 /// How colours are read from a texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,7 +102,7 @@ fn alpha(scene: &Scene, hit: &Hit, place: impl Fn() -> Option<Place>, pixel: Opt
     }
     let Some(place) = place() else { return 1.0 };
     let read = |map: &Texture| {
-        let level = pixel.map_or(0.0, |pixel| level(map, &place, pixel));
+        let level = pixel.map_or(0.0, |pixel| level(map, pixel * width(map, &place)));
         bilinear(map, level as usize, place[0])[3]
     };
     maps.into_iter().flatten().map(read).fold(1.0, f64::min)
@@ -130,22 +131,34 @@ fn coordinates(scene: &Scene, hit: &Hit) -> Option<DVec2> {
     Some(a * hit.weights.x + b * hit.weights.y + c * hit.weights.z)
 }
 
-/// `log2` of `factor` of the pixel's shorter side in texels, at least 0 and at most the coarsest level.
-fn level(texture: &Texture, [_, dx, dy]: &Place, factor: f64) -> f64 {
+/// The sides of a pixel's footprint in texels.
+fn sides(texture: &Texture, [_, dx, dy]: &Place) -> [DVec2; 2] {
     let size = DVec2::new(f64::from(texture.levels[0].width), f64::from(texture.levels[0].height));
-    let side = (*dx * size).length().min((*dy * size).length());
-    let level = libm::log2(side * factor);
+    [*dx * size, *dy * size]
+}
+
+/// The width of a pixel's footprint across its longer side, texels: what the renderer goes by.
+fn width(texture: &Texture, place: &Place) -> f64 {
+    let [dx, dy] = sides(texture, place);
+    dx.perp_dot(dy).abs() / dx.length().max(dy.length())
+}
+
+/// `log2` of a length in texels, at least 0 and at most the coarsest level.
+fn level(texture: &Texture, length: f64) -> f64 {
+    let level = libm::log2(length);
     if level > 0.0 { level.min((texture.levels.len() - 1) as f64) } else { 0.0 }
 }
 
 fn colour(texture: &Texture, filter: Filter, place: &Place) -> [f64; 4] {
     match filter {
-        Filter::Renderer => match level(texture, place, std::f64::consts::SQRT_2 / 4.0) as usize {
+        Filter::Renderer => match level(texture, width(texture, place) * SQRT_2 / 4.0) as usize {
             0 => bilinear(texture, 0, place[0]),
             level => nearest(texture, level, place[0]),
         },
         Filter::Trilinear => {
-            let level = level(texture, place, 1.0);
+            // By the shorter side, as textbooks have it.
+            let [dx, dy] = sides(texture, place).map(DVec2::length);
+            let level = level(texture, dx.min(dy));
             let (fine, share) = (level as usize, level.fract());
             let coarse = (fine + 1).min(texture.levels.len() - 1);
             let (a, b) = (bilinear(texture, fine, place[0]), bilinear(texture, coarse, place[0]));
