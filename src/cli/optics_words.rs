@@ -172,7 +172,8 @@ pub(crate) fn optics_words(optics: &Optics, circle_of_confusion: f64, up: DVec3)
             say("near limit", plane_words(dof.near, optics, up));
             say("far limit", plane_words(dof.far, optics, up));
             let (near, far) = (dof.near.m, dof.far.m);
-            let angle = libm::atan2(near.cross(far).length(), near.dot(far).abs());
+            // Both face the same way, so an angle of more than 90 degrees is one.
+            let angle = libm::atan2(near.cross(far).length(), near.dot(far));
             if optics.hinge_line().is_at_infinity() {
                 say("wedge", "near and far limits are parallel".to_owned());
             } else {

@@ -124,7 +124,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         return Err(Error::invalid("the scene names nothing to make sharp")
             .in_file(input.name())
             .at_key("focus")
-            .remedy("add a [focus] table, or give --plane, --points or --distance"));
+            .remedy(
+                "give plane, points_m or distance_m in a [focus] table, or --plane, --points or --distance",
+            ));
     };
     let mut camera = scene.camera;
     if arguments.upright {

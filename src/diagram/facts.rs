@@ -92,8 +92,8 @@ fn depth(scene: &Scene) -> Option<String> {
     let depth = scene.depth?;
     let near = on_axis(scene, depth.near).filter(|&t| t > 0.0)?;
     Some(match on_axis(scene, depth.far).filter(|&t| t > 0.0) {
-        Some(far) if far > near => format!("sharp from {} to {}", length(near), length(far)),
-        _ => format!("sharp from {} to infinity", length(near)),
+        Some(far) => format!("sharp from {} to {}", length(near.min(far)), length(near.max(far))),
+        None => format!("sharp from {} to infinity", length(near)),
     })
 }
 

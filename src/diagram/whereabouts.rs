@@ -14,7 +14,7 @@ const SQUARE: f64 = 1.0005;
 pub(crate) struct Cut {
     /// From the lens centre, with its unit.
     pub(crate) distance: String,
-    pub(crate) way: &'static str,
+    pub(crate) way: String,
     /// Whether the line itself is as far off: the section is square to it.
     pub(crate) is_square: bool,
 }
@@ -32,11 +32,24 @@ pub(crate) fn is_square(section: &SectionPlane, line: Line) -> bool {
     matches!(section.pierce(line), Pierce::At(p) if libm::hypot(p[0], p[1]) <= near)
 }
 
-/// The way to a section point in words: along the section's own up, or along the rail.
-fn whither(section: &SectionPlane, p: [f64; 2]) -> &'static str {
-    if p[1].abs() < p[0].abs() {
-        return if p[0] >= 0.0 { "ahead" } else { "behind" };
+/// A distance is said to lie one way if it does within 2 %, as a part of what lies the other way.
+const ASIDE: f64 = 0.2;
+
+/// The way to a section point in words: along the section's own up, along the rail, or both.
+fn whither(section: &SectionPlane, p: [f64; 2]) -> String {
+    let along = if p[0] >= 0.0 { "ahead" } else { "behind" };
+    if p[1].abs() < ASIDE * p[0].abs() {
+        return along.to_owned();
     }
+    let upward = upward(section, p);
+    if p[0].abs() < ASIDE * p[1].abs() {
+        return upward.to_owned();
+    }
+    format!("{} and {along}", upward.replace(" and ", ", "))
+}
+
+/// The way to a section point along the section's own up.
+fn upward(section: &SectionPlane, p: [f64; 2]) -> &'static str {
     // Above and right of the camera, as the photographer has them.
     let (up, right) = (p[1] * section.v.y, p[1] * section.v.x);
     let both = section.view == View::Oblique && up.abs().min(right.abs()) > 0.35 * up.abs().max(right.abs());
@@ -86,7 +99,17 @@ mod tests {
             for (word, along) in [("above", at.y), ("below", -at.y), ("right", at.x), ("left", -at.x)] {
                 assert!(!cut.way.contains(word) || along > 0.0, "{choice:?}: {} {at}", cut.way);
             }
-            assert_eq!(cut.way.contains(" and "), choice == Section::Auto, "{choice:?}: {}", cut.way);
+            let has = |words: [&str; 2]| words.iter().any(|word| cut.way.contains(word));
+            let both = has(["above", "below"]) && has(["left", "right"]);
+            assert_eq!(both, choice == Section::Auto, "{choice:?}: {}", cut.way);
+            // One way only where nearly all of the distance lies along it.
+            let is_along = p[0].abs() > 0.2 * p[1].abs();
+            assert_eq!(
+                cut.way.contains("ahead") || cut.way.contains("behind"),
+                is_along,
+                "{choice:?}: {} {p:?}",
+                cut.way
+            );
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Numbers in words and in files. In: metres and page millimetres. Out: text by one fixed rule each.
 
+use crate::quantity::Length;
+
 /// A page coordinate: three decimals at most, no trailing zeros, no `-0`.
 pub(crate) fn coordinate(value: f64) -> String {
     let text = format!("{value:.3}");
@@ -69,6 +71,17 @@ pub(crate) fn length(metres: f64) -> String {
     } else {
         format!("{} km", short(metres / 1000.0))
     }
+}
+
+/// How far film and lens stand apart: of less than ten metres to a hundredth of a millimetre, for half a millimetre may be what stands between
+/// ten metres and infinity.
+pub(crate) fn extension(extension: Length) -> String {
+    let millimetres = extension.as_millimetres();
+    if !(0.995..9999.5).contains(&millimetres) {
+        return length(extension.as_metres());
+    }
+    let text = format!("{millimetres:.2}");
+    format!("{} mm", text.trim_end_matches('0').trim_end_matches('.'))
 }
 
 /// A scale: `1:125`, or `2:1` for a magnified drawing.

@@ -253,6 +253,16 @@ pub(crate) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> O
         .map(|(_, name)| name)
 }
 
+/// How many items an array may have, before what they are.
+fn bounds(schema: &Value) -> String {
+    match ["minItems", "maxItems"].map(|name| schema.get(name).and_then(Value::as_u64)) {
+        [Some(least), Some(most)] => format!("{least} to {most} "),
+        [Some(least), None] => format!("at least {least} "),
+        [None, Some(most)] => format!("at most {most} "),
+        [None, None] => String::new(),
+    }
+}
+
 fn describe(schema: &Value) -> String {
     let count = schema.get("minItems").and_then(Value::as_u64);
     let count = count.filter(|_| schema.get("minItems") == schema.get("maxItems"));
@@ -262,11 +272,8 @@ fn describe(schema: &Value) -> String {
         Some("array") => match (count, inner.get("type").and_then(Value::as_str)) {
             (Some(count), Some("number")) => format!("{count} numbers"),
             (Some(count), Some("array")) => format!("{count} points of 3 numbers"),
-            (_, Some("number")) => match schema.get("minItems").and_then(Value::as_u64) {
-                Some(least) => format!("an array of at least {least} numbers"),
-                None => "an array of numbers".into(),
-            },
-            (_, Some("string")) => "an array of texts in quotes".into(),
+            (_, Some("number")) => format!("an array of {}numbers", bounds(schema)),
+            (_, Some("string")) => format!("an array of {}texts in quotes", bounds(schema)),
             _ => "an array of tables".into(),
         },
         Some("boolean") => "true or false".into(),

@@ -11,7 +11,7 @@ use crate::diagram::parts::Scene;
 use crate::diagram::place::Weight;
 use crate::diagram::planes::{Style, trace};
 use crate::diagram::theme::{self, solid};
-use crate::diagram::words::{exact, length, short};
+use crate::diagram::words::{self, exact, length};
 use crate::error::Result;
 use crate::optics::Optics;
 use crate::quantity::Length;
@@ -59,12 +59,13 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         points.push(scene.section.project(optics.film_center()));
     }
     let bounds = stage::around(&scene, &points)?;
+    let told = |millimetres: f64| words::extension(Length::millimetres(millimetres));
     let rule = match scene.optics.hinge_distance() {
         Some(j) => format!(
-            "As the extension goes from {} to {} mm the focus plane turns about the hinge line, *J* = {} from the lens: \
+            "As the extension goes from {} to {} the focus plane turns about the hinge line, *J* = {} from the lens: \
              film and lens keep their directions.{}",
-            short(extensions.iter().copied().fold(f64::INFINITY, f64::min)),
-            short(extensions.iter().copied().fold(0.0, f64::max)),
+            told(extensions.iter().copied().fold(f64::INFINITY, f64::min)),
+            told(extensions.iter().copied().fold(0.0, f64::max)),
             length(j),
             stage::slanted(&scene)
         ),
@@ -72,7 +73,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             let distances = all.iter().zip(&extensions).map(|(optics, &extension)| {
                 let at = stage::on_axis(&scene, optics.focus_plane(), f64::INFINITY);
                 let at = at.map_or("none ahead".to_owned(), |p| length(libm::hypot(p[0], p[1])));
-                format!("{} mm: {at}", short(extension))
+                format!("{}: {at}", told(extension))
             });
             format!(
                 "Lens and film are parallel: the hinge line is at infinity, and focusing moves the focus plane along \
@@ -94,7 +95,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             if let Some((a, b)) = trace(&one, canvas, "focus-plane", optics.focus_plane(), style, None) {
                 let at = |t: f64| [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
                 let anchors = [0.98, 0.94, 0.9, 0.85, 0.8, 0.75, 0.65, 0.55].map(at).to_vec();
-                let words = format!("{} mm", short(extension));
+                let words = told(extension);
                 canvas.label(
                     Label::new(words, scene.theme.focus.word, anchors)
                         .toward([-0.3, -0.95])

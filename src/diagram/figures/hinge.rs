@@ -47,7 +47,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         }
         Some(j) => format!(
             "The plane through the lens parallel to the film and the front focal plane meet in the hinge line, {}, \
-             *J* = *f* / sin θ = {}. Focusing turns the focus plane about it.{}",
+             *J* =\u{a0}*f*\u{a0}/\u{a0}sin\u{a0}θ =\u{a0}{}. Focusing turns the focus plane about it.{}",
             stage::whereabouts(&scene, optics.hinge_line()),
             length(j),
             stage::slanted(&scene)

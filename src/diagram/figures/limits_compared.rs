@@ -30,10 +30,10 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let sentences = [
         format!(
             "What is sharp to *c* = {}: the exact contour; the wedge, exact for one diameter of the blur; Merklinger's limits, \
-             {} times wider, since they take the film to stand at *f*; and the formula without movements, whose \
+             {}, since they take the film to stand at *f*; and the formula without movements, whose \
              planes are square to the axis.",
             length(circle),
-            short(extension)
+            wider(extension)
         ),
         stage::camera_sentence(&scene),
     ];
@@ -67,6 +67,15 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         // Fine, over the wedge's broad lines: both are seen also where they are as good as one.
         exact_blur::lines(scene, canvas, (1.0, circle), "exact", (theme::THIN, 0.25));
     })
+}
+
+/// How wide Merklinger's limits stand, of the exact ones.
+fn wider(times: f64) -> String {
+    match short(times) {
+        one if one == "1" => "as wide".to_owned(),
+        times_wide if times > 1.0 => format!("{times_wide} times as wide"),
+        part => format!("only {part} times as wide"),
+    }
 }
 
 fn both(

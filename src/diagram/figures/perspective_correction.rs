@@ -82,18 +82,20 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let rise = Length::metres(high * behind / (far + behind));
     let risen = Camera { front: Standard { rise, ..Standard::default() }, ..upright };
     let pitch = libm::atan2(high, far).to_degrees();
+    let way = if pitch < 0.0 { "down" } else { "up" };
 
     let cameras = [Optics::new(&pitched)?, Optics::new(&risen)?];
     let edges = [converge(&cameras[0], &front), converge(&cameras[1], &front)];
     let sentences = [
         format!(
-            "Left, the camera looks up by {}°: on its film the upright edges converge by {}°.",
-            short(pitch),
+            "Left, the camera looks {way} by {}°: on its film the upright edges converge by {}°.",
+            short(pitch.abs()),
             short(edges[0])
         ),
         format!(
-            "Right, it stays level and the lens rises by {}: the edges stay parallel.",
-            length(rise.as_metres())
+            "Right, it stays level and the lens {} by {}: the edges stay parallel.",
+            if pitch < 0.0 { "falls" } else { "rises" },
+            length(rise.as_metres().abs())
         ),
     ];
     let mut sheet = Sheet::new(page.size, [70.0, 70.0], &page.theme)?;
@@ -133,7 +135,8 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         parts::draw(&scene, &mut canvas, Role::Main);
         front_in_section(&mut canvas, panel.page(low), panel.page(tip), &scene);
         sheet.push(parts::close(&scene, canvas, ["pitched", "risen"][i])?);
-        sheet.strip(&panel, ["looking up", "lens risen"][i], false)?;
+        let lens = if pitch < 0.0 { "lens lowered" } else { "lens risen" };
+        sheet.strip(&panel, [&format!("looking {way}"), lens][i], false)?;
         let frame = [left, split, right, bottom - STRIP];
         let group = picture(optics, &front, frame, &page.theme);
         sheet.items.push(Item::Group(group));

@@ -98,7 +98,10 @@ fn settle(
     if right - left < 20.0 || bottom - frame_top < 15.0 {
         return Err(Error::invalid(format!("a page of {width} by {height} mm leaves no room for the chart"))
             .at_key("width_mm")
-            .remedy("give a larger page, or names = \"legend\""));
+            .remedy(match names {
+                Names::Legend | Names::Beside => "give a larger page, or shorter names",
+                _ => "give a larger page, shorter names, or names = \"legend\"",
+            }));
     }
     let panel = Panel { frame, scale: 1.0, origin: [left, bottom] };
     let x = Axis::new(x, left, right);

@@ -294,7 +294,7 @@ pub(crate) fn camera_sentence(scene: &Scene) -> String {
     let camera = optics.camera();
     let mut parts = vec![format!("*f* = {}", words::length(optics.focal_length()))];
     parts.extend(facts::moved(camera, ["front", "rear"]));
-    parts.push(format!("extension {}", words::length(camera.extension.as_metres())));
+    parts.push(format!("extension {}", words::extension(camera.extension)));
     format!("{}.", parts.join(", "))
 }
 
@@ -304,7 +304,8 @@ pub(crate) fn whereabouts(scene: &Scene, line: Line) -> String {
         Pierce::AtInfinity => "at infinity".to_owned(),
         Pierce::At(p) => {
             let Cut { distance, way, is_square } = cut(&scene.section, line, p);
-            let of = if way.contains("right") || way.contains("left") || way == "ahead" { " of" } else { "" };
+            let is_beside = way.ends_with("right") || way.ends_with("left");
+            let of = if is_beside || way.ends_with("ahead") { " of" } else { "" };
             let here = if is_square { "" } else { " in this section" };
             format!("{distance} {way}{of} the lens{here}")
         }

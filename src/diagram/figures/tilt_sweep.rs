@@ -61,9 +61,19 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             format!("{}°: {j}", short(*tilt))
         })
         .collect();
+    // θ is the angle between lens and film: the tilt, where nothing else is turned.
+    let is_tilt = |(tilt, optics): (&f64, &Optics)| {
+        let sine = optics.hinge_distance().map_or(0.0, |j| optics.focal_length() / j);
+        (sine - libm::sin(tilt.to_radians()).abs()).abs() < 1e-9
+    };
+    let rule = if tilts.iter().zip(&all).all(is_tilt) {
+        "The more the lens is tilted, the nearer the hinge line, *J* = *f* / sin θ"
+    } else {
+        "The hinge line's distance where lens and film stand at the angle θ, *J* = *f* / sin θ, by the tilt of the lens"
+    };
     let sentences = [
         format!(
-            "The more the lens is tilted, the nearer the hinge line, *J* = *f* / sin θ: {}.{}",
+            "{rule}: {}.{}",
             journey.join(", "),
             all.iter()
                 .map(|optics| stage::slanted(&stage.scene_of(optics)))

@@ -80,12 +80,15 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let ground = subject.triangles.iter().flatten().map(|p| p.dot(up)).fold(f64::INFINITY, f64::min);
     let ground = Plane { m: up, e: -ground };
     let focus = scene.optics.world_from_lens().plane(scene.optics.focus_plane());
-    let line = ground.e.is_finite().then(|| Line::meet(focus, ground)).filter(|line| !line.is_at_infinity());
+    let is_ground = ground.e.is_finite() && is_same(focus, ground);
+    let meets = ground.e.is_finite() && !is_ground;
+    let line = meets.then(|| Line::meet(focus, ground)).filter(|line| !line.is_at_infinity());
     let is_shown = line.is_some_and(|line| shown(&scene, line, [0.0, 0.0, shape, 1.0]).is_some());
     let sentences = [
         match line {
             Some(_) if is_shown => "Solid in the picture: where the focus plane meets the ground. Dashed: the plane of the section beside it.",
             Some(_) => "The focus plane meets the ground outside of the picture. Dashed in it: the plane of the section beside it.",
+            None if is_ground => "The focus plane is the ground. Dashed in the picture: the plane of the section beside it.",
             None if ground.e.is_finite() => "The focus plane does not meet the ground. Dashed in the picture: the plane of the section beside it.",
             None => "Dashed in the picture: the plane of the section beside it.",
         }
@@ -123,6 +126,16 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     sheet.push(parts::panel(&scene, panel, Role::Main, "main", None)?);
     sheet.strip(&panel, scene.section.view.name(), false)?;
     stage::end(&stage, sheet, frame, "A picture and its camera", &sentences)
+}
+
+/// Whether two planes are one, but for rounding.
+fn is_same(a: Plane, b: Plane) -> bool {
+    let (a, b) = (
+        Plane { m: a.m / a.m.length(), e: a.e / a.m.length() },
+        Plane { m: b.m / b.m.length(), e: b.e / b.m.length() },
+    );
+    let size = 1.0 + a.e.abs();
+    a.m.cross(b.m).length() < 1e-9 && (a.e - a.m.dot(b.m).signum() * b.e).abs() < 1e-9 * size
 }
 
 /// Lines in the picture: it does not turn with the page, so neither do they (these are colours of no theme).
