@@ -43,6 +43,13 @@ fn optics_says_where_lines_and_planes_pass() {
         line(&plain, "image circle"),
         "the film needs 153.67 mm about the lens axis (53.54 degrees of coverage)"
     );
+    // Toward infinity and stopped down a tilted lens has more than a right angle sharp: by the blur's diameter from the hinge, 101.6 degrees.
+    let wide = CAMERA.replace("152.3", "150").replace("f_number = 5.6", "f_number = 45");
+    assert!(wide.contains("= 150\n") && wide.contains("= 45\n"), "{wide}");
+    let wide = format!("{wide}[camera.front]\ntilt_deg = 1.4\n[focus]\ncircle_of_confusion_mm = 0.1\n");
+    fs::write(folder.join("words.toml"), wide).unwrap();
+    let wide = run(&folder, &["optics", "words.toml"]).expect(0, &[]).out.clone();
+    assert!(line(&wide, "wedge").starts_with("101.68 degrees between"), "{wide}");
     // J = 150 / sin 6 = 1435.0 mm; the film plane meets the lens plane 152.3 / tan 6 = 1449.0 mm below the lens centre.
     let tilted = words("[camera.front]\ntilt_deg = 6\n");
     assert_eq!(line(&tilted, "hinge line"), "1.435 m below the lens centre, level; distance 1.435 m");

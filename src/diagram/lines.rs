@@ -63,6 +63,8 @@ pub(crate) fn line_point(
             } else {
                 canvas.group(Group::off_page(part, "beyond"));
                 let Cut { distance, way, .. } = whereabouts::cut(&scene.section, line, p);
+                // The arrow shows the way; what lies two ways needs no more room for both.
+                let way = if way.contains(" and ") { "away" } else { &way };
                 border_arrow(canvas, role, &format!("{name}\n{distance} {way}"), p, hue);
             }
         }

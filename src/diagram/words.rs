@@ -126,6 +126,20 @@ mod tests {
     }
 
     #[test]
+    fn extensions_keep_what_focuses() {
+        for (millimetres, text) in [
+            (150.0, "150 mm"),
+            (150.5, "150.5 mm"),
+            (227.4391, "227.44 mm"),
+            (0.0268, "0.0268 mm"),
+            (12345.6, "12.3 m"),
+            (-20.0, "−20 mm"),
+        ] {
+            assert_eq!(extension(Length::millimetres(millimetres)), text);
+        }
+    }
+
+    #[test]
     fn lengths_have_three_digits_and_a_unit() {
         for (metres, text) in [
             (0.15, "150 mm"),

@@ -130,12 +130,9 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
 
 /// Whether two planes are one, but for rounding.
 fn is_same(a: Plane, b: Plane) -> bool {
-    let (a, b) = (
-        Plane { m: a.m / a.m.length(), e: a.e / a.m.length() },
-        Plane { m: b.m / b.m.length(), e: b.e / b.m.length() },
-    );
-    let size = 1.0 + a.e.abs();
-    a.m.cross(b.m).length() < 1e-9 && (a.e - a.m.dot(b.m).signum() * b.e).abs() < 1e-9 * size
+    let (a, b) = (a.normalized(), b.normalized());
+    let side = a.m.dot(b.m).signum();
+    a.m.cross(b.m).length() < 1e-9 && (a.e - side * b.e).abs() < 1e-9 * (1.0 + a.e.abs())
 }
 
 /// Lines in the picture: it does not turn with the page, so neither do they (these are colours of no theme).
@@ -209,4 +206,19 @@ fn visible(line: Line, eye: DVec3, seen: &impl Fn(DVec3) -> Option<Point>) -> Op
     let shown: Vec<Point> =
         (-220..=220).filter_map(|i| seen(at(i))).filter(|p| p.iter().all(|x| x.abs() < 1e5)).collect();
     Some((*shown.first()?, *shown.last()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn planes_are_one_whichever_side_they_show() {
+        let plane = |y: f64, e: f64| Plane { m: DVec3::new(1e-17, y, 0.0), e };
+        assert!(is_same(plane(1.0, 0.0), plane(-2.0, 1e-16)));
+        assert!(is_same(plane(1.0, -3.0), plane(-2.0, 6.0)));
+        assert!(!is_same(plane(1.0, -3.0), plane(2.0, 6.0)));
+        assert!(!is_same(plane(1.0, 0.0), Plane { m: DVec3::new(1e-3, 1.0, 0.0), e: 0.0 }));
+    }
 }
