@@ -91,8 +91,7 @@ fn set<S: Simd>(simd: S, look: &Look, samples: &Samples<'_>, sun: &ShadowSun<'_>
         return set_around(simd, normal, look.face, toward, samples, &middles);
     }
     let at = samples.places(simd, groups);
-    let [x, y, z] = facing(simd, look, samples.rays, &at);
-    (x * toward.x + y * toward.y + z * toward.z).simd_le(zero).to_bitmask() as u16
+    dot(&facing(simd, look, samples.rays, &at), toward).simd_le(zero).to_bitmask() as u16
 }
 
 /// Sets the light of up to 16 samples: the cosine of their sun's height over the surface, or 0 in its shadow.
@@ -224,16 +223,17 @@ fn surface<S: Simd>(
         (texture, shared, levels)
     });
     for (i, group) in groups.iter().enumerate().take(LANES) {
-        let totals = samples.totals(simd, group);
         let lights = &lights[i];
         let weights = samples.weights(simd, &samples.of_batch(simd, group, batch));
         let weights = weights.map_or([1.0; LANES], |weights| weights.to_array());
-        let mut light = [0.0; 2];
+        let (mut totals, mut light) = ([0.0; 2], [0.0; 2]);
         let mut rest = group.lanes_of(0);
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % LANES;
             rest &= rest - 1;
-            light[usize::from(batch.odd >> lane & 1)] += lights[lane] * weights[lane];
+            let half = usize::from(batch.odd >> lane & 1);
+            totals[half] += weights[lane];
+            light[half] += lights[lane] * weights[lane];
         }
         let mut colors = [0, 1].map(|half: usize| (emission + ambient) * totals[half] + color * light[half]);
         if let Some((texture, shared, levels)) = &mut texture {

@@ -69,7 +69,7 @@ fn rise<S: Simd>(simd: S, k: &Bilinear4, face: Vec3, toward: Vec3, rays: &Rays, 
     let ([nx, ny, nz], square) = interpolated(simd, k, face, at);
     // Two-sided: the side that faces this lens point is lit.
     let view = rx * nx + ry * ny + rz * nz;
-    let rise = (nx * toward.x + ny * toward.y + nz * toward.z) / square.sqrt();
+    let rise = dot(&[nx, ny, nz], toward) / square.sqrt();
     let rise = view.simd_gt(zero).select(zero - rise, rise);
     rise.simd_gt(zero).select(rise, zero)
 }
@@ -95,7 +95,7 @@ pub(super) fn set_around<S: Simd>(
     let [rx, ry, rz] = rays.at_all(simd, at);
     let ([nx, ny, nz], square) = interpolated(simd, k, face, at);
     let view = rx * nx + ry * ny + rz * nz;
-    let height = nx * toward.x + ny * toward.y + nz * toward.z;
+    let height = dot(&[nx, ny, nz], toward);
     let below = view.simd_gt(zero).select(height, zero - height);
     let length = square.sqrt();
     if below.simd_gt(length * HAIR).to_bitmask() == 0 {

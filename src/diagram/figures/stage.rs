@@ -304,8 +304,8 @@ pub(crate) fn whereabouts(scene: &Scene, line: Line) -> String {
         Pierce::AtInfinity => "at infinity".to_owned(),
         Pierce::At(p) => {
             let Cut { distance, way, is_square } = cut(&scene.section, line, p);
-            let is_beside = way.ends_with("right") || way.ends_with("left");
-            let of = if is_beside || way.ends_with("ahead") { " of" } else { "" };
+            let is_of = ["right", "left", "ahead"].iter().any(|word| way.ends_with(word));
+            let of = if is_of { " of" } else { "" };
             let here = if is_square { "" } else { " in this section" };
             format!("{distance} {way}{of} the lens{here}")
         }
