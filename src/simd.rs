@@ -167,6 +167,21 @@ macro_rules! at_level {
 }
 pub(crate) use at_level;
 
+/// Runs an expression of a kernel as a function of its own.
+///
+/// Without optimisation each value of what is inlined has a place of its own in the frame: shading took 2 to 3.5 MB, more than the
+/// 2 MiB of stack that a thread has. With it the slowest frames are of 1.6 MB (SSE2), and optimised pictures take 0.95 to 1.02 of the time.
+macro_rules! apart {
+    ($simd:ident, $run:expr) => {
+        fearless_simd::Simd::vectorize(
+            $simd,
+            #[inline(always)]
+            || $run,
+        )
+    };
+}
+pub(crate) use apart;
+
 #[cfg(test)]
 mod tests {
     use super::*;

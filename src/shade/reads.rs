@@ -9,6 +9,7 @@ use super::bilinear::{Around, Between};
 use super::filter::Choice;
 use super::gather::{FULL, nearest_texels, sum, texel};
 use crate::raster::LANES;
+use crate::simd::apart;
 use fearless_simd::{Simd, SimdBase, f32x16};
 use glam::Vec4;
 
@@ -144,12 +145,15 @@ impl Waiting {
         reads: &mut Reads,
     ) {
         // Asked once, and not for each sample.
-        match (are_weighed, are_lit) {
-            (false, false) => self.fetch_each::<S, false, false>(simd, choice, reads),
-            (false, true) => self.fetch_each::<S, false, true>(simd, choice, reads),
-            (true, false) => self.fetch_each::<S, true, false>(simd, choice, reads),
-            (true, true) => self.fetch_each::<S, true, true>(simd, choice, reads),
-        }
+        apart!(
+            simd,
+            match (are_weighed, are_lit) {
+                (false, false) => self.fetch_each::<S, false, false>(simd, choice, reads),
+                (false, true) => self.fetch_each::<S, false, true>(simd, choice, reads),
+                (true, false) => self.fetch_each::<S, true, false>(simd, choice, reads),
+                (true, true) => self.fetch_each::<S, true, true>(simd, choice, reads),
+            }
+        )
     }
 
     #[cfg_attr(not(target_family = "wasm"), inline(always))]

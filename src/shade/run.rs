@@ -18,7 +18,7 @@ use super::slope::Slope;
 use super::texels::{LookUps, Textured, of_groups};
 use crate::raster::LANES;
 use crate::raster::group::Group;
-use crate::simd::at_level;
+use crate::simd::{apart, at_level};
 use fearless_simd::{Level, Simd, SimdBase, SimdMask, f32x16};
 use glam::{Vec3, Vec4};
 
@@ -82,8 +82,9 @@ fn surface<S: Simd>(
                 }
                 if let Some(slope) = slope {
                     let every = of_groups(chunk);
-                    reads.lit =
-                        slope.totals(simd, samples, chunk, every, &mut look_ups.packed).map(Vec4::splat);
+                    let packed = &mut look_ups.packed;
+                    let totals = apart!(simd, slope.totals(simd, samples, chunk, every, packed));
+                    reads.lit = totals.map(Vec4::splat);
                 }
             }
         }

@@ -18,7 +18,7 @@ use crate::raster::LANES;
 use crate::raster::group::Group;
 use crate::raster::view::Batch;
 use crate::sampling::sun_shift;
-use crate::simd::at_level;
+use crate::simd::{apart, at_level};
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, f32x16};
 use glam::{Vec3, Vec4};
 
@@ -217,11 +217,14 @@ fn surface<S: Simd>(
     let [diffuse, emission] = [material.diffuse, material.emission].map(|c| Vec3::from(c).extend(0.0));
     let color = diffuse * shader.sun.map_or(Vec4::ZERO, |(_, color)| color.extend(0.0));
     let ambient = diffuse * shader.ambient.extend(0.0);
-    let mut texture = Textured::new(material, look, samples).map(|texture| {
-        let shared = texture.shared(simd, groups, &samples.places(simd, groups));
-        let levels = shared.levels.to_array();
-        (texture, shared, levels)
-    });
+    let mut texture = match Textured::new(material, look, samples) {
+        Some(texture) => {
+            let shared = apart!(simd, texture.shared(simd, groups, &samples.places(simd, groups)));
+            let levels = shared.levels.to_array();
+            Some((texture, shared, levels))
+        }
+        None => None,
+    };
     for (i, group) in groups.iter().enumerate().take(LANES) {
         let lights = &lights[i];
         let weights = samples.weights(simd, &samples.of_batch(simd, group, batch));

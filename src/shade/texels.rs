@@ -20,6 +20,7 @@ use crate::raster::group::{Group, batches_of};
 use crate::raster::view::Batch;
 use crate::raster::{BATCHES, LANES};
 use crate::scene::{Material, Smooth, Texture};
+use crate::simd::apart;
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16, u32x16};
 use glam::Vec4;
 
@@ -77,14 +78,15 @@ impl<'a, S: Simd> Textured<'a, S> {
         look_ups: &mut LookUps,
         reads: &mut Reads,
     ) {
-        let Shared { which: shared, texels, levels } = self.shared(simd, groups, at);
+        let Shared { which: shared, texels, levels } = apart!(simd, self.shared(simd, groups, at));
         if shared != 0 {
             for (i, group) in groups.iter().enumerate().take(LANES) {
                 let [even, odd] = self.samples.totals(simd, group);
                 (reads.all[2 * i], reads.all[2 * i + 1]) = (texels[i] * even, texels[i] * odd);
             }
             if let Some(slope) = slope {
-                let lights = slope.totals(simd, self.samples, groups, shared, &mut look_ups.packed);
+                let packed = &mut look_ups.packed;
+                let lights = apart!(simd, slope.totals(simd, self.samples, groups, shared, packed));
                 for (i, (lit, light)) in reads.lit.iter_mut().zip(lights).enumerate() {
                     *lit = texels[i / 2] * light;
                 }
@@ -95,10 +97,10 @@ impl<'a, S: Simd> Textured<'a, S> {
             let (level, same) = of_first(simd, levels, rest);
             if let Some(choice) = Choice::colour(self.map, level, self.look.anchor) {
                 let sparse = match (slope, self.samples.falloff) {
-                    (None, None) => self.full(simd, choice, (groups, same), look_ups, reads),
+                    (None, None) => apart!(simd, self.full(simd, choice, (groups, same), look_ups, reads)),
                     _ => lanes_of(groups, same),
                 };
-                self.packed(simd, choice, (groups, &sparse), slope, look_ups, reads);
+                apart!(simd, self.packed(simd, choice, (groups, &sparse), slope, look_ups, reads));
             }
             rest &= !same;
         }
