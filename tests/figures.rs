@@ -184,6 +184,30 @@ fn what_falls_off_the_page_is_said() {
     fs::write(folder.join("cut.toml"), plot).unwrap();
     run(&folder, &["diagram", "cut.toml"])
         .expect(0, &["warning: cut.toml: some of the points lie off the page"]);
+    // One of several cameras', by what it differs in; little tilts have a page of their own scale.
+    let sweep = |tilts: &str| {
+        format!(
+            "kind = \"tilt-sweep\"\ntilts_deg = {tilts}\n[camera]\neye_m = [0, 0, 0]\nlook_at_m = [0, 0, -1]\n\
+             focal_length_mm = 150\nf_number = 8\nfilm = \"4x5\"\nextension_mm = 150\n"
+        )
+    };
+    for (tilts, warning, planes) in [
+        ("[1, 2, 4]", "", 3),
+        ("[1, 20]", "warning: sweep.toml: the focus plane at a tilt of 1° lies off the page\n", 1),
+    ] {
+        fs::write(folder.join("sweep.toml"), sweep(tilts)).unwrap();
+        assert_eq!(run(&folder, &["diagram", "sweep.toml"]).err, warning);
+        let svg = fs::read_to_string(folder.join("sweep.svg")).unwrap();
+        let drawn = svg.matches("<g data-part=\"focus-plane\"");
+        assert_eq!(drawn.count(), planes, "{tilts}");
+    }
+    // Focused at infinity, of other f-numbers than the camera's own.
+    let wedge = sweep("[]")
+        .replace("tilt-sweep", "wedge")
+        .replace("tilts_deg = []", "f_numbers = [8, 11]")
+        .replace("f_number = 8", "f_number = 1.4");
+    fs::write(folder.join("wedge.toml"), wedge).unwrap();
+    assert_eq!(run(&folder, &["diagram", "wedge.toml"]).err, "");
     // A line that is far off is told in the figure, by an arrow and in words.
     let far = "kind = \"hinge\"\n[camera]\neye_m = [0, 0, 0]\nlook_at_m = [0, 0, -1]\nfocal_length_mm = 150\n\
                f_number = 8\nfilm = \"4x5\"\nextension_mm = 160\n[camera.front]\ntilt_deg = 0.01\n";

@@ -46,11 +46,20 @@ pub(crate) fn bellows(scene: &Scene, canvas: &mut Canvas) {
     let Some([p, q]) = scene.film else { return };
     let page = |v: DVec3| canvas.panel.page(scene.section.project(v));
     let b = scene.lens * board(scene);
-    // Top to top.
+    // Top to top, unless the standards are turned so far that the walls would cross.
     let (p, q) = if (p - q).dot(b) >= 0.0 { (p, q) } else { (q, p) };
+    let flat = |v| scene.section.project(v);
+    let (p, q) = if cross([flat(p), flat(b)], [flat(q), flat(-b)]) { (q, p) } else { (p, q) };
     let polygon = canvas.panel.clip_polygon(&[page(p), page(b), page(-b), page(q)]);
     let fill = Fill::Flat { color: scene.theme.body, opacity: 0.14 };
     canvas.part("bellows", vec![Shape::polyline(&polygon, true, Some(fill), None)]);
+}
+
+/// Whether two segments meet.
+fn cross([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
+    let side =
+        |a: Point, b: Point, c: Point| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0;
+    side(a, b, c) != side(a, b, d) && side(c, d, a) != side(c, d, b)
 }
 
 pub(crate) fn camera(scene: &Scene, canvas: &mut Canvas, role: Role) {

@@ -92,8 +92,14 @@ pub(crate) fn width(runs: &[Run]) -> Result<f64> {
 /// they stand alone: a small Greek letter, a letter with a prime (`f′`), a letter with an index (`y_n`).
 pub(crate) fn runs(marked: &str) -> Vec<Run> {
     let mut runs = Vec::new();
-    for (i, part) in marked.split('*').enumerate() {
-        if i % 2 == 1 { variable(part, &mut runs) } else { words(part, &mut runs) }
+    let parts: Vec<&str> = marked.split('*').collect();
+    for (i, part) in parts.iter().enumerate() {
+        match i % 2 {
+            0 => words(part, &mut runs),
+            // An asterisk without its pair is one.
+            _ if i + 1 == parts.len() => words(&format!("*{part}"), &mut runs),
+            _ => variable(part, &mut runs),
+        }
     }
     runs
 }
@@ -250,7 +256,7 @@ mod tests {
 
     #[test]
     fn every_sign_the_diagrams_use_has_a_glyph_in_both_faces() {
-        let signs = "ABCxyz0123456789αβγθφωΔΣΩ′″₀₁₂₃₄₅₆₇₈₉⁰¹²³⁴⁵⁶⁷⁸⁹⁻−±×÷°∞≤≥≈µ∥⊥√·…–—()[]/.,:;+=%&'\"!?";
+        let signs = "ABCxyz0123456789αβγθφωΔΣΩ′″₀₁₂₃₄₅₆₇₈₉⁰¹²³⁴⁵⁶⁷⁸⁹⁻−±×÷°∞≤≥≈µ∥⊥√·…–—()[]/.,:;+=%&'\"!?*";
         for face in [Face::Regular, Face::Oblique] {
             for sign in signs.chars() {
                 assert!(advance(face, sign).unwrap() > 0.1, "{sign}");
@@ -270,6 +276,8 @@ mod tests {
         let marked = runs("*f* = 150 mm");
         assert_eq!((marked[0].face, marked[0].text.as_str()), (Face::Oblique, "f"));
         assert_eq!((marked[1].face, marked[1].text.as_str()), (Face::Regular, " = 150 mm"));
+        let alone = runs("*f* of the lens *");
+        assert_eq!((alone[1].face, alone[1].text.as_str()), (Face::Regular, " of the lens *"));
     }
 
     #[test]

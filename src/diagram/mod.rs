@@ -39,8 +39,8 @@
 //! `guide`, `legend` and, with `data-series`, `data-x` and `data-y` (the values), each `series` of `line`, `marker`
 //! and `error-bar`. Heat maps (`kind = "heat-map"`) are such charts side by side; each has `cells` with `data-series`.
 //!
-//! `data-off-page` says why a part's group is empty: `beyond` the panel's frame, `at-infinity`, `parallel` to the
-//! section, `not-cut` by it; of a `label`, `no-room` for the words in `data-words`.
+//! `data-off-page` says why a part's group is empty: `beyond` the panel's frame, `behind` the lens or its front focal plane and
+//! along them (a far limit beyond infinity), `at-infinity`, `parallel` to the section, `not-cut` by it; of a `label`, `no-room` for the words in `data-words`.
 //!
 //! The name of a plane seen edge-on runs along its trace. In a panel nothing carries `transform`, so such a label is made of
 //! turned outlines; with `--text text` it is a `label` that follows its panel, and its `<text>` carries the turn.
@@ -197,22 +197,33 @@ impl Figure {
     }
 }
 
-/// The parts that lie wholly beyond every panel in which they would stand.
-fn beyond(items: &[Item]) -> Vec<&'static str> {
+/// The parts that lie wholly beyond every panel in which they would stand; where a figure has several cameras, with what tells
+/// whose they are.
+fn beyond(items: &[Item]) -> Vec<(&'static str, String)> {
     let (mut off, mut on) = (Vec::new(), Vec::new());
     walk(items, &mut |group| match (group.part, group.off_page) {
-        (Some(part), Some("beyond")) => off.push(part),
-        (Some(part), None) => on.push(part),
+        (Some(part), Some("beyond")) => off.push((part, camera_of(group))),
+        (Some(part), None) => on.push((part, camera_of(group))),
         _ => {}
     });
     // An arrow at the border says where it is.
-    let told = |part: &str| {
-        on.contains(&"arrow") && matches!(part, "focus-plane" | "hinge-line" | "scheimpflug-line")
-    };
-    off.retain(|part| !on.contains(part) && !told(part));
+    let points = on.iter().any(|(part, _)| *part == "arrow");
+    let told = |part: &str| points && matches!(part, "focus-plane" | "hinge-line" | "scheimpflug-line");
+    off.retain(|one| !on.contains(one) && !told(one.0));
     off.sort_unstable();
     off.dedup();
     off
+}
+
+/// Which of a figure's cameras a part belongs to, in words that can follow its name.
+fn camera_of(group: &Group) -> String {
+    let words = group.data.iter().filter_map(|(name, value)| match *name {
+        "data-tilt-deg" => Some(format!(" at a tilt of {value}°")),
+        "data-extension-mm" => Some(format!(" at an extension of {value} mm")),
+        "data-f-number" => Some(format!(" at f/{value}")),
+        _ => None,
+    });
+    words.collect()
 }
 
 /// Every group, the outer before those in it.

@@ -192,8 +192,11 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
     let dashed = |hue: Hue| Style::plain(broken(hue.line, theme::THIN, theme::DASHED));
     let lens_plane =
         trace(scene, canvas, "lens-plane", optics.lens_plane(), thin(theme.lens), Some(&toward_scheimpflug));
+    // Film that is shifted far stands elsewhere than the lens.
+    let mut past_film = toward_scheimpflug.clone();
+    past_film.extend(scene.film.into_iter().flatten().map(|p| canvas.panel.page(scene.section.project(p))));
     let film_plane =
-        trace(scene, canvas, "film-plane", optics.film_plane(), thin(theme.film), Some(&toward_scheimpflug));
+        trace(scene, canvas, "film-plane", optics.film_plane(), thin(theme.film), Some(&past_film));
     let parallel = trace(
         scene,
         canvas,

@@ -97,11 +97,13 @@ pub(crate) fn trace(
     let unit = plane.normalized();
     let coefficients = scene.section.trace(unit);
     let panel = canvas.panel;
+    let is_behind = style.split.is_some_and(|split| lies_behind(coefficients, split));
     let Some(line) = panel.line(coefficients) else {
         let flat = coefficients[0].abs().max(coefficients[1].abs()) == 0.0;
         let why = match (unit.is_at_infinity(), flat) {
             (true, _) => "at-infinity",
             (false, true) => "parallel",
+            (false, false) if is_behind => "behind",
             (false, false) => "beyond",
         };
         canvas.group(Group::off_page(part, why));
@@ -116,7 +118,7 @@ pub(crate) fn trace(
         t1 = t1.min(ts.fold(f64::NEG_INFINITY, f64::max) + overshoot);
     }
     let Some((t0, t1)) = panel.clip(&line, t0, t1) else {
-        canvas.group(Group::off_page(part, "beyond"));
+        canvas.group(Group::off_page(part, if is_behind { "behind" } else { "beyond" }));
         return None;
     };
     let (front, behind) = match style.split {
@@ -149,6 +151,12 @@ pub(crate) fn trace(
 
 fn far_from(canvas: &Canvas, p: Point) -> f64 {
     distance(p, canvas.panel.origin)
+}
+
+/// Whether a trace runs along another, on its negative side: so does a far limit beyond infinity.
+fn lies_behind([a, b, c]: [f64; 3], [p, q, r]: [f64; 3]) -> bool {
+    let (along, across) = (a * p + b * q, a * q - b * p);
+    across.abs() <= 1e-9 * along.abs() && r - c * along / (a * a + b * b) < 0.0
 }
 
 type Piece = Option<(f64, f64)>;

@@ -227,5 +227,36 @@ pub(crate) fn broken(text: &str, width: f64) -> Result<Vec<String>> {
         }
         lines.push(word);
     }
+    // What stands between asterisks goes on in the next line.
+    for i in 1..lines.len() {
+        let (before, after) = lines.split_at_mut(i);
+        let has_pair = after.iter().any(|line| line.contains('*'));
+        if let (Some(last), Some(next)) = (before.last_mut(), after.first_mut())
+            && has_pair
+            && last.matches('*').count() % 2 == 1
+        {
+            last.push('*');
+            next.insert(0, '*');
+        }
+    }
     Ok(lines)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_variable_of_several_words_stays_one_in_broken_lines() {
+        let lines = broken("the *plane of sharp focus* is where 2 * 3", 20.0).unwrap();
+        assert!(lines.len() > 3, "{lines:?}");
+        let oblique: Vec<String> = lines
+            .iter()
+            .flat_map(|line| lettering::runs(line))
+            .filter(|run| run.face == crate::diagram::Face::Oblique)
+            .map(|run| run.text)
+            .collect();
+        assert_eq!(oblique.join(" "), "plane of sharp focus");
+        assert!(plain(&lines.join(" ")).ends_with("2 * 3"), "{lines:?}");
+    }
 }

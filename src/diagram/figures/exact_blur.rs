@@ -55,7 +55,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         return Err(Error::invalid("a pinhole has no blur").at_key("camera.pinhole"));
     }
     let circle = stage.subject.circle;
-    let bounds = stage::around_limits(&scene)?;
+    let bounds = stage::around_limits(&scene, scene.depth.as_slice())?;
     let levels: Vec<String> = keys.circles.iter().map(|k| format!("{} *c*", short(*k))).collect();
     let sentences = [
         format!(

@@ -108,11 +108,11 @@ impl FigureFile {
             loaders: RefCell::default(),
         };
         let mut figure = (self.kind.draw)(&input).map_err(|error| input.placed(error))?;
-        for part in crate::diagram::beyond(&figure.list.items) {
+        for (part, whose) in crate::diagram::beyond(&figure.list.items) {
             input.warn(match part {
                 "some-points" => "some of the points lie off the page".to_owned(),
                 "some-of-front" => "some of the front lies off the film".to_owned(),
-                part => format!("the {} lies off the page", part.replace('-', " ")),
+                part => format!("the {}{whose} lies off the page", part.replace('-', " ")),
             });
         }
         for words in figure.words_without_room() {

@@ -50,15 +50,16 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     }
     let scene = stage.scene();
     // Parallel planes have no hinge line to be near to.
-    let most =
+    let least =
         if scene.optics.hinge_distance().is_none() { 80.0 } else { 30.0 } * scene.optics.focal_length();
+    let most = stage::reach(all.iter().map(|optics| stage::nearest(&stage.scene_of(optics))), least);
     let mut points: Vec<[f64; 2]> =
         all.iter().filter_map(|optics| stage::on_axis(&scene, optics.focus_plane(), 0.5 * most)).collect();
     points.extend(stage::near_point(&scene, scene.optics.hinge_line(), most));
     for optics in &all {
         points.push(scene.section.project(optics.film_center()));
     }
-    let bounds = stage::around(&scene, &points)?;
+    let bounds = stage::around_sweep(&scene, &points)?;
     let told = |millimetres: f64| words::extension(Length::millimetres(millimetres));
     let rule = match scene.optics.hinge_distance() {
         Some(j) => format!(

@@ -50,6 +50,13 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         })];
         items.extend(axes(&keys, [&x, &y], *frame, i == 0, &sheet)?);
         let name = lettering::runs(&panel.name);
+        let end = frames.get(i + 1).map_or(page.size[0] - MARGIN, |next| next[0] - 1.0);
+        if left + lettering::width(&name)? * theme::LETTER > end {
+            return Err(input
+                .document
+                .error(&format!("panel[{i}].name"), "the name is longer than its map is wide")
+                .remedy("shorten it, or give a wider page"));
+        }
         items.push(sheet.caption("axis-title", name, [left, upper - 1.6], theme::LETTER)?);
         let run = |axis: &Axis| {
             let scale = if axis.range.scale == Scale::Log { "log" } else { "linear" };

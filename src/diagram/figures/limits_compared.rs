@@ -25,7 +25,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         return Err(Error::invalid("a pinhole has no depth of field to speak of").at_key("camera.pinhole"));
     }
     let circle = stage.subject.circle;
-    let bounds = stage::around_limits(&scene)?;
+    let bounds = stage::around_limits(&scene, scene.depth.as_slice())?;
     let extension = -optics.film_plane().e / optics.focal_length();
     let sentences = [
         format!(

@@ -17,7 +17,7 @@ use crate::diagram::whereabouts::{self, Cut, cut};
 use crate::diagram::words;
 use crate::error::{Error, Result};
 use crate::geometry::{Line, Plane};
-use crate::optics::Optics;
+use crate::optics::{DepthOfField, Optics};
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -142,29 +142,62 @@ pub(crate) fn panel(
     parts::close(scene, canvas, name)
 }
 
-/// Where the hinge and Scheimpflug lines are cut and the axis crosses the focus plane, as far as they are near.
+/// Where the hinge and Scheimpflug lines are cut and the axis crosses the focus plane, as far as they are near; the nearest of what the
+/// focus plane goes through also where it is far, unless the camera would be a dot.
 pub(crate) fn rule_points(scene: &Scene) -> Vec<[f64; 2]> {
     let optics = scene.optics;
-    let most = 30.0 * optics.focal_length();
+    let f = optics.focal_length();
+    let most = reach(std::iter::once(nearest(scene)).filter(|&d| d < 240.0 * f), 30.0 * f);
     let lines = [optics.hinge_line(), optics.scheimpflug_line()];
     let near = lines.into_iter().filter_map(|line| near_point(scene, line, most));
     near.chain(on_axis(scene, optics.focus_plane(), most)).collect()
 }
 
-/// The box in which limits of sharpness are seen: the camera, the hinge line, and half as far again as the focus, or as the near
-/// limit of a focus that is far.
+/// How far (metres) a sweep is shown, of the nearest that each of its cameras has to show: `least`, or to the last of them where the
+/// first of them would not be lost in it.
+pub(crate) fn reach(nearest: impl Iterator<Item = f64>, least: f64) -> f64 {
+    let (first, last) = nearest
+        .filter(|distance| distance.is_finite())
+        .fold((f64::INFINITY, 0.0_f64), |(first, last), distance| (first.min(distance), last.max(distance)));
+    if first.is_finite() { least.max(1.01 * last.min(5.0 * first)) } else { least }
+}
+
+/// How far from the lens the first of a camera's focus plane, along the axis, and its hinge line is, section metres.
+pub(crate) fn nearest(scene: &Scene) -> f64 {
+    let points = [
+        on_axis(scene, scene.optics.focus_plane(), f64::INFINITY),
+        near_point(scene, scene.optics.hinge_line(), f64::INFINITY),
+    ];
+    points.into_iter().flatten().map(|[x, y]| libm::hypot(x, y)).fold(f64::INFINITY, f64::min)
+}
+
+/// The box in which limits of sharpness are seen: the camera, the hinge line, and half as far again as the focus, or as the
+/// near limits of a focus that is far.
 ///
 /// # Errors
 /// Those of [`around`].
-pub(crate) fn around_limits(scene: &Scene) -> Result<Bounds> {
+pub(crate) fn around_limits(scene: &Scene, limits: &[DepthOfField]) -> Result<Bounds> {
     let optics = scene.optics;
     let most = 120.0 * optics.focal_length();
     let mut points = Vec::from_iter(near_point(scene, optics.hinge_line(), most));
-    // Of a focus too far to be shown, the near limit is what there is to see.
-    let seen = on_axis(scene, optics.focus_plane(), most)
-        .or_else(|| scene.depth.and_then(|depth| on_axis(scene, depth.near, 2.0 * most)));
-    points.extend(seen.map(|p| p.map(|x| 1.5 * x)));
+    let mut seen = Vec::from_iter(on_axis(scene, optics.focus_plane(), most));
+    if seen.is_empty() {
+        // Of a focus too far to be shown, the near limits are what there is to see.
+        seen.extend(limits.iter().filter_map(|one| on_axis(scene, one.near, f64::INFINITY)));
+        let within = reach(seen.iter().map(|p| libm::hypot(p[0], p[1])), 0.0);
+        seen.retain(|p| libm::hypot(p[0], p[1]) <= within);
+    }
+    points.extend(seen.iter().map(|p| p.map(|x| 1.5 * x)));
     around(scene, &points)
+}
+
+/// A box as [`around`], with the rest of a broad page ahead of the camera.
+///
+/// # Errors
+/// Those of [`around`].
+pub(crate) fn around_sweep(scene: &Scene, points: &[[f64; 2]]) -> Result<Bounds> {
+    let [left, low, right, high] = around(scene, points)?;
+    Ok([left, low, right.max(left + 1.5 * (high - low)), high])
 }
 
 /// The frames of panels that share one: beside one another, or one under the other, each over a strip of its own.

@@ -46,13 +46,14 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         all.push(Optics::new(&Camera { front, ..own })?);
     }
     let scene = stage.scene();
-    let most = 16.0 * scene.optics.focal_length();
+    let nearest = all.iter().map(|optics| stage::nearest(&stage.scene_of(optics)));
+    let most = stage::reach(nearest, 16.0 * scene.optics.focal_length());
     let mut points: Vec<[f64; 2]> = Vec::new();
     for optics in &all {
         points.extend(stage::on_axis(&stage.scene_of(optics), optics.focus_plane(), 0.5 * most));
         points.extend(stage::near_point(&scene, optics.hinge_line(), most));
     }
-    let bounds = stage::around(&scene, &points)?;
+    let bounds = stage::around_sweep(&scene, &points)?;
     let journey: Vec<String> = tilts
         .iter()
         .zip(&all)

@@ -98,7 +98,9 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let (mut sheet, frame) = stage::begin(&stage, &sentences)?;
     let [left, top, right, bottom] = frame;
     let (view, main) = if stage.page.size[0] < 110.0 {
-        let split = top + 0.58 * (bottom + STRIP - top);
+        // No more than the picture takes that is as wide as the page.
+        let full = (right - left) / shape + STRIP + 1.0;
+        let split = top + full.min(0.58 * (bottom + STRIP - top));
         ([left, top, right, split - STRIP - 1.0], [left, split + 1.0, right, bottom])
     } else {
         // As wide as the picture is at the height there is, and not more than two fifths.

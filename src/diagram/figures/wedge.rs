@@ -58,7 +58,8 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let scene = stage.scene();
     let optics = scene.optics;
     let circle = stage.subject.circle;
-    let bounds = stage::around_limits(&scene)?;
+    let depths: Vec<_> = all.iter().filter_map(|optics| stage.scene_of(optics).depth).collect();
+    let bounds = stage::around_limits(&scene, &depths)?;
     let meeting = match optics.hinge_distance() {
         Some(j) => {
             let note = stage::slanted(&scene);
