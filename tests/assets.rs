@@ -117,6 +117,28 @@ fn of_two_materials_with_one_name_the_later_counts_and_that_is_said() -> Result<
 }
 
 #[test]
+fn names_with_a_hash_are_one_material_each() -> Result<()> {
+    let colours = |mtl: &str, uses: &[&str]| {
+        let faces: String = uses.iter().map(|name| format!("usemtl {name}\nf 1 2 3\n")).collect();
+        let files = Memory::new()
+            .with("scene/a.obj", text(format!("mtllib a.mtl\n{TRIANGLE}{faces}")))
+            .with("scene/a.mtl", text(mtl));
+        let (model, warnings) = load(&files, "a.obj")?;
+        let of = |material: u32| model.materials[material as usize].diffuse;
+        let all = model.triangles.iter().skip(1).map(|face| of(face.material)).collect::<Vec<_>>();
+        Ok::<_, groundglass::error::Error>((all, warnings.len()))
+    };
+    let (red, green, none) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.8; 3]);
+    let named = |[a, b]: [&str; 2]| format!("newmtl {a}\nKd 1 0 0\nnewmtl {b}\nKd 0 1 0\n");
+    let hex = named(["#ff0000", "#00ff00"]);
+    assert_eq!(colours(&hex, &["#ff0000", "#00ff00", ""])?, (vec![red, green, none], 1));
+    // Two names that differ behind the sign, and a third; one name with a comment, and with another.
+    assert_eq!(colours(&named(["a #1", "a #2"]), &["a #1", "a #3"])?, (vec![red, none], 1));
+    assert_eq!(colours(&named(["a # old", "b"]), &["a # new", "b # or c"])?, (vec![red, green], 0));
+    Ok(())
+}
+
+#[test]
 fn the_digest_is_of_bytes_not_of_paths() -> Result<()> {
     let digest = |folder: &str, texel: u8| {
         let obj = format!("mtllib a.mtl\nusemtl a\n{TRIANGLE}");

@@ -163,6 +163,16 @@ fn upright_keeps_the_film_parallel_to_up_and_the_plane_sharp() {
 }
 
 #[test]
+fn points_are_near_enough_for_a_scene_file_and_may_lie_close_together() {
+    let (_keep, folder) = folder(&format!("{CAMERA}extension_mm = 152.3\n"));
+    let far = "1e155,0,0;0,1e155,0;0,0,1e155";
+    run(&folder, &["solve", "scene.toml", "--points", far]).expect(64, &["--points", "1e155", "1e12 m"]);
+    run(&folder, &["solve", "scene.toml", "--plane", "1,2,1e13;0,0,1"]).expect(64, &["--plane", "1e13"]);
+    // Whose cross product is less than the least number: a plane like any other.
+    run(&folder, &["solve", "scene.toml", "--points", "1e-200,0,0;0,1e-200,0;0,0,1e-200"]).expect(0, &[]);
+}
+
+#[test]
 fn what_has_no_solution_says_which_limit_and_what_can_be_had() {
     let (_keep, folder) = folder(&format!("{CAMERA}extension_mm = 152.3\n"));
     for (target, limit, nearest) in [

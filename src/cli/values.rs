@@ -45,6 +45,17 @@ fn groups<const N: usize>(text: &str) -> Result<Vec<[f64; N]>, String> {
         .collect()
 }
 
+/// Farthest from the origin, metres, along each axis: as in scene files.
+const FARTHEST: f64 = 1e12;
+
+/// Points no farther than scene files may have them.
+fn near<const N: usize>(points: [[f64; 3]; N]) -> Result<[DVec3; N], String> {
+    match points.as_flattened().iter().find(|x| x.abs() > FARTHEST) {
+        Some(far) => Err(format!("{far:e} is farther than {FARTHEST:e} m")),
+        None => Ok(points.map(DVec3::from_array)),
+    }
+}
+
 impl FromStr for LensPoints {
     type Err = String;
 
@@ -67,11 +78,12 @@ impl FromStr for PlaneValue {
     fn from_str(text: &str) -> Result<Self, String> {
         let [point, normal] = <[[f64; 3]; 2]>::try_from(groups::<3>(text)?)
             .map_err(|_| "a point and a normal are needed: px,py,pz;nx,ny,nz".to_string())?;
+        let [point] = near([point])?;
         let normal = DVec3::from_array(normal);
         // Scaled first, so that squares neither overflow nor vanish.
         let scale = normal.abs().max_element();
         match (normal / scale).try_normalize() {
-            Some(normal) if scale > 0.0 => Ok(Self { point: DVec3::from_array(point), normal }),
+            Some(normal) if scale > 0.0 => Ok(Self { point, normal }),
             _ => Err("the normal is zero".into()),
         }
     }
@@ -82,8 +94,9 @@ impl FromStr for PointsValue {
 
     fn from_str(text: &str) -> Result<Self, String> {
         <[[f64; 3]; 3]>::try_from(groups::<3>(text)?)
-            .map(|points| Self(points.map(DVec3::from_array)))
             .map_err(|points| format!("{} points given, and three are needed", points.len()))
+            .and_then(near)
+            .map(Self)
     }
 }
 

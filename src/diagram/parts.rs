@@ -285,7 +285,8 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, role: Role) {
         distance_j(scene, canvas, p);
     }
     if role.names_camera() {
-        if scene.shows("dimension") {
+        // To the plane that it ends at.
+        if scene.shows("dimension") && scene.shows("front-focal-plane") {
             dimension_f(scene, canvas);
         }
         let name = |canvas: &mut Canvas, ends: Option<(Point, Point)>, words: &str, hue: Hue, at: f64| {

@@ -177,13 +177,18 @@ fn wanted_plane(camera: &Camera, target: &FocusTarget) -> Result<Plane, Unsolvab
     let lens = camera.lens_frame().origin;
     let (point, normal, doubt) = match *target {
         FocusTarget::Plane { point, normal } => (point, unit(normal), 0.0),
-        FocusTarget::Points([p, q, r]) => {
+        FocusTarget::Points(points) => {
+            // The same directions, where products neither vanish nor overflow.
+            let most = points.iter().fold(0.0, |most: f64, p| most.max(p.abs().max_element()));
+            let scale =
+                if most > 0.0 { libm::exp2(-libm::floor(libm::log2(most)).max(-1000.0)) } else { 1.0 };
+            let [p, q, r] = points.map(|p| p * scale);
             let (side, other) = (q - p, r - p);
             let normal = normal_of([p, q, r]);
             let longest = side.length().max(other.length()).max((r - q).length());
             // What rounding of the coordinates alone can leave of the cross product.
             let size = p.abs().max_element().max(q.abs().max_element()).max(r.abs().max_element());
-            (p, unit(normal), 8.0 * f64::EPSILON * (size + longest) * longest - normal.length())
+            (points[0], unit(normal), 8.0 * f64::EPSILON * (size + longest) * longest - normal.length())
         }
         FocusTarget::Distance(_) => return Err(fail(Limit::NoPlane, "a distance is no plane".into())),
     };

@@ -163,11 +163,12 @@ pub(crate) fn choose(
     // The whole name goes before what is left of it when its end is taken for a comment.
     let (mut whole, mut short, mut replaced) = (HashMap::new(), HashMap::new(), HashMap::new());
     for (at, written) in library.iter().enumerate() {
-        for (rank, name) in written.entry.names.iter().enumerate() {
-            let before = if rank == 0 { &mut whole } else { &mut short }.insert(name.as_str(), at);
-            if let (0, Some(before)) = (rank, before) {
-                replaced.insert(at, before);
-            }
+        let mut names = written.entry.names.iter();
+        if let Some(before) = names.next().and_then(|name| whole.insert(name.as_str(), at)) {
+            replaced.insert(at, before);
+        }
+        if let Some(name) = names.next().filter(|name| !name.is_empty()) {
+            short.entry(name.as_str()).or_insert_with(Vec::new).push(at);
         }
     }
     let mut chosen =
@@ -184,9 +185,16 @@ pub(crate) fn choose(
             continue;
         }
         let names: Vec<String> = readings(name).map(squeezed).collect();
-        let find = |name: &String| whole.get(name.as_str()).or_else(|| short.get(name.as_str()));
-        match names.iter().find_map(find) {
-            Some(&at) => {
+        let find = |(rank, name): (usize, &String)| {
+            let of_short = || {
+                let named = short.get(name.as_str())?;
+                // `a #3` is neither `a #1` nor `a #2`, and `a # old` may be `a # new`.
+                named.last().filter(|_| rank == 0 || named.len() == 1).copied()
+            };
+            whole.get(name.as_str()).copied().or_else(of_short)
+        };
+        match names.iter().enumerate().find_map(find) {
+            Some(at) => {
                 let next = chosen.used.len() as u32;
                 let place = *places.entry(at).or_insert(next);
                 if place == next {

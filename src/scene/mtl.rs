@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 
 use super::normalize::shown;
-use super::text::{Statement, squeezed, statements};
+use super::text::{Statement, number, readings, squeezed, statements};
 use super::warnings::Warnings;
 use crate::error::{Error, Result};
 
@@ -103,7 +103,7 @@ impl Work<'_> {
     fn statement(&mut self, statement: &Statement<'_>) {
         let keyword = statement.keyword();
         if keyword == "newmtl" {
-            let names = super::text::readings(statement.rest()).map(squeezed).collect();
+            let names = readings(statement.rest()).map(squeezed).collect();
             // Writing to a string cannot fail.
             let _ = writeln!(self.text, "newmtl m{}", self.entries.len());
             self.entries.push(Entry { names, line: statement.line, ..Entry::default() });
@@ -130,20 +130,20 @@ impl Work<'_> {
     fn colour(&mut self, statement: &Statement<'_>) {
         let keyword = statement.keyword();
         let words: Vec<&str> = statement.operands().collect();
-        let numbers: Option<Vec<f64>> = words.iter().take(3).map(|word| word.parse().ok()).collect();
+        let numbers: Option<Vec<f64>> = words.iter().take(3).map(|word| parsed(word)).collect();
         let colour = match numbers.as_deref() {
             Some(&[grey]) => [grey; 3],
             Some(&[r, g, b]) => [r, g, b],
             _ => {
                 let said = shown(words.first().copied().unwrap_or_default());
                 self.warn(statement, "unread", || {
-                    format!("`{keyword} {said}` cannot be read as one or three numbers; the default is used")
+                    format!("`{keyword} {said}` cannot be read as one or three numbers; it is left out")
                 });
                 return;
             }
         };
         if colour.iter().any(|&value| !(value as f32).is_finite()) {
-            self.warn(statement, "infinite", || format!("`{keyword}` is not finite; the default is used"));
+            self.warn(statement, "infinite", || format!("`{keyword}` is not finite; it is left out"));
             return;
         }
         if colour.iter().any(|&value| value < 0.0) {
@@ -166,7 +166,7 @@ impl Work<'_> {
                 "`-halo` is not supported; the opacity is the same everywhere".to_owned()
             });
         }
-        match words.next().and_then(|word| word.parse::<f64>().ok()) {
+        match words.next().and_then(parsed) {
             Some(value) if value.is_finite() => {
                 if !(0.0..=1.0).contains(&value) {
                     self.warn(statement, "range", || {
@@ -198,7 +198,7 @@ impl Work<'_> {
             while values.len() < most {
                 let (word, after) = first_word(rest);
                 // The last word is the name, even if it looks like a number.
-                if word.is_empty() || numeric && (word.parse::<f64>().is_err() || after.is_empty()) {
+                if word.is_empty() || numeric && (parsed(word).is_none() || after.is_empty()) {
                     break;
                 }
                 values.push(word);
@@ -206,7 +206,7 @@ impl Work<'_> {
             }
             self.option(statement, option, &values, &mut map);
         }
-        if super::text::readings(rest).all(str::is_empty) {
+        if readings(rest).all(str::is_empty) {
             self.warn(statement, "nameless", || format!("`{keyword}` names no file; it is left out"));
             return;
         }
@@ -219,9 +219,9 @@ impl Work<'_> {
 
     /// Takes `-s` and `-o`; warns of others that would show.
     fn option(&mut self, statement: &Statement<'_>, option: &str, values: &[&str], map: &mut Map) {
-        let parsed = |word: &&str| word.parse().ok().filter(|v: &f64| v.abs() <= FARTHEST);
-        let number = |at: usize, default: f64| values.get(at).and_then(parsed).unwrap_or(default);
-        if matches!(option, "-s" | "-o") && values.iter().take(2).any(|word| parsed(word).is_none()) {
+        let near = |word: &&str| parsed(word).filter(|v| v.abs() <= FARTHEST);
+        let number = |at: usize, default: f64| values.get(at).and_then(near).unwrap_or(default);
+        if matches!(option, "-s" | "-o") && values.iter().take(2).any(|word| near(word).is_none()) {
             let keyword = statement.keyword();
             self.warn(statement, "far", || {
                 format!("a number of option `{option}` of `{keyword}` is not finite or beyond {FARTHEST:e}; it is left out")
@@ -239,8 +239,8 @@ impl Work<'_> {
             "-t" => (0..3).any(|at| number(at, 0.0) != 0.0),
             "-mm" => number(0, 0.0) != 0.0 || number(1, 1.0) != 1.0,
             "-clamp" | "-cc" => values == ["on"],
-            // Matte and luminance are what an opacity map is read by anyway.
-            "-imfchan" => statement.keyword() != "map_d" || !matches!(values, ["m" | "l"]),
+            // By its matte, its alpha, an opacity map is read anyway.
+            "-imfchan" => statement.keyword() != "map_d" || values != ["m"],
             _ => false,
         };
         if shows {
@@ -250,6 +250,10 @@ impl Work<'_> {
             });
         }
     }
+}
+
+fn parsed(word: &str) -> Option<f64> {
+    number(word)?.parse().ok()
 }
 
 fn first_word(text: &str) -> (&str, &str) {
@@ -296,6 +300,9 @@ mod tests {
             "Ke -1",
             "map_Kd -s nan a.png",
             "map_Kd -o 0 1e30 a.png",
+            "Kd 1.#QNAN 0 0",
+            "d 0.#IND",
+            "map_d -imfchan l a.png",
         ] {
             let (list, warnings) = run(&format!("newmtl a\n{bad}\n"));
             assert_eq!(warnings, 1, "{bad}");
@@ -306,8 +313,7 @@ mod tests {
 
     #[test]
     fn map_options_are_not_part_of_the_name() {
-        let options =
-            "newmtl a\nmap_Kd -s 2 3 1 -o 0.5 -clamp off -mm 0 1 -texres 512 my tex.png\nmap_d -s 2 4k.png";
+        let options = "newmtl a\nmap_Kd -s 2 3 1 -o 0.5 -clamp off -mm 0 1 -texres 512 my tex.png\nmap_d -imfchan m -s 2 4k.png";
         let (list, warnings) = run(options);
         assert_eq!(warnings, 0);
         let map = list[0].diffuse_map.as_ref().expect("a map");

@@ -12,7 +12,7 @@ use std::sync::mpsc::Sender;
 
 use super::mesh::NONE;
 use super::records::Counts;
-use super::text::{Statement, statements};
+use super::text::{Statement, number, statements};
 use super::warnings::Warnings;
 use crate::error::{Error, Result};
 
@@ -268,7 +268,9 @@ impl Work<'_> {
                     .remedy(format!("the file has {total} vertices, counted from 1")));
             } else {
                 let name = ["vertex", "texture coordinate", "normal"][part];
-                self.warn(line, name, || format!("a face names {name} {digits} of {total}; it is dropped"));
+                // Counted backwards, from those that the file has had so far.
+                let of = if digits.starts_with('-') { so_far } else { total };
+                self.warn(line, name, || format!("a face names {name} {digits} of {of}; it is dropped"));
             }
         }
         Ok(corner)
@@ -310,12 +312,11 @@ fn numbers<'s, const N: usize>(
     mut defaults: [Option<&'s str>; N],
 ) -> Result<[&'s str; N]> {
     for (slot, word) in defaults.iter_mut().zip(statement.operands()) {
-        if word.parse::<f64>().is_err() {
-            return Err(Error::invalid(format!("`{}` is not a number", shown(word)))
+        *slot = Some(number(word).ok_or_else(|| {
+            Error::invalid(format!("`{}` is not a number", shown(word)))
                 .at_line(statement.line)
-                .remedy("write a decimal number, such as -0.25 or 1e-3"));
-        }
-        *slot = Some(word);
+                .remedy("write a decimal number, such as -0.25 or 1e-3")
+        })?);
     }
     if defaults.contains(&None) {
         let message = format!("a {what} (`{}`) needs {how_many} numbers", shown(statement.keyword()));

@@ -58,7 +58,10 @@ pub fn measure(triangles: impl Iterator<Item = [DVec3; 3]> + Clone) -> Option<St
         ground = None;
         triangles.clone().flatten().for_each(|corner| outline.add(corner));
     }
-    let sheet = if ground.is_none() { sheet(triangles, bounds) } else { None };
+    // The ground of a thin wall is its own edge.
+    let is_sheet = |[_, normal]: &[DVec3; 2]| ground.is_none() || normal.y.abs() < 0.5;
+    let sheet = sheet(triangles, bounds, &outline.points).filter(is_sheet);
+    let ground = ground.filter(|_| sheet.is_none());
     Some(Statistics { bounds, cover, ground, sheet, outline: outline.points })
 }
 
@@ -107,18 +110,36 @@ fn ground(triangles: impl Iterator<Item = [DVec3; 3]>, [lo, hi]: [DVec3; 2]) -> 
     low.iter().rev().find(|level| plan > 0.0 && level.0 > plan / 3.0).map(|level| level.2)
 }
 
-/// Centre and normal when nine tenths of the area look one way.
-fn sheet(triangles: impl Iterator<Item = [DVec3; 3]>, [lo, hi]: [DVec3; 2]) -> Option<[DVec3; 2]> {
+/// Centre and normal when nine tenths of the area look one way, or one way and the opposite in a model that is thin that way.
+fn sheet(
+    triangles: impl Iterator<Item = [DVec3; 3]> + Clone,
+    [lo, hi]: [DVec3; 2],
+    outline: &[DVec3],
+) -> Option<[DVec3; 2]> {
     let scale = (hi - lo).max_element();
-    let (mut sum, mut total) = (DVec3::ZERO, 0.0);
-    for corners in triangles {
-        let area = area_vector(corners.map(|p| (p - lo) / scale));
+    let areas = triangles.map(|corners| area_vector(corners.map(|p| (p - lo) / scale)));
+    let larger = |a: DVec3, b: DVec3| if b.length() > a.length() { b } else { a };
+    let largest = areas.clone().fold(DVec3::ZERO, larger);
+    let (mut sum, mut folded, mut total) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+    for area in areas {
         sum += area;
+        folded += if area.dot(largest) < 0.0 { -area } else { area };
         total += area.length();
     }
-    let normal = sum / sum.length();
-    (sum.length() > 0.9 * total && normal.is_finite()).then_some([(lo + hi) / 2.0, normal])
+    let of = |sum: DVec3| {
+        let normal = sum / sum.length();
+        (sum.length() > 0.9 * total && normal.is_finite()).then_some(normal)
+    };
+    let is_thin = |normal: &DVec3| {
+        let along = outline.iter().map(|&p| normal.dot((p - lo) / scale));
+        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min) < THIN
+    };
+    let normal = of(sum).or_else(|| of(folded).filter(is_thin))?;
+    Some([(lo + hi) / 2.0, normal])
 }
+
+/// Of the model's length, along the normal of a sheet whose faces look both ways.
+const THIN: f64 = 0.02;
 
 /// Outermost points along directions that cover the sphere evenly enough for a frame.
 struct Outline {

@@ -185,3 +185,22 @@ fn a_flat_model_is_faced_and_sharp() {
         assert!(scene.solve().is_ok(), "{text}");
     }
 }
+
+#[test]
+fn thin_models_are_faced_whichever_way_their_faces_look() {
+    let corners = [DVec3::ZERO, DVec3::Y, DVec3::new(0.0, 1.0, 1.0), DVec3::Z];
+    let one = quad(corners);
+    let two: Vec<_> = one.iter().copied().chain(inward(one.to_vec())).collect();
+    let slab = hollow(DVec3::ZERO, DVec3::new(0.01, 10.0, 10.0), &[]);
+    for model in [two, slab] {
+        let (text, scene) = scene(&model);
+        assert!(scene.camera.rail.axes.z_axis.x.abs() > 0.5, "seen edge-on\n{text}");
+    }
+    // Two walls, a room's width apart, are no sheet; a floor and a ceiling too near for a man are no room.
+    let walls = hollow(DVec3::ZERO, DVec3::new(4.0, 10.0, 10.0), &[(1, 0), (1, 1), (2, 0), (2, 1)]);
+    assert!(measure(walls.iter().copied()).unwrap().sheet.is_none());
+    let low = [DVec3::ZERO, DVec3::new(6.0, 0.1, 8.0)];
+    let (text, scene) = scene(&inward(hollow(low[0], low[1], &[])));
+    let eye = scene.camera.rail.origin;
+    assert!(eye.y > 0.1, "inside\n{text}");
+}

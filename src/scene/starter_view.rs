@@ -46,7 +46,8 @@ pub(super) fn view_of(statistics: &Statistics, bounds: [DVec3; 2], scale: f64) -
     let opening = walls.iter().find(|&&(axis, side)| {
         open(axis, side) && walls.iter().all(|&(a, s)| (a, s) == (axis, side) || wall(a, s))
     });
-    let floor = wall(1, 0);
+    // Nobody stands in what is lower than a tenth of its length.
+    let floor = wall(1, 0) && hi.y - lo.y > 0.1 * (hi.x - lo.x).max(hi.z - lo.z);
     let mut points: Vec<DVec3> = statistics.outline.iter().map(|&corner| corner * scale).collect();
     if points.is_empty() || opening.is_some() {
         points = corners(lo, hi).into();

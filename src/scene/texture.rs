@@ -10,6 +10,7 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use memchr::memmem;
 use rayon::prelude::*;
 
 use super::mip::next_level;
@@ -164,7 +165,15 @@ pub(crate) fn cost(bytes: &[u8], name: &Path) -> Result<Cost, String> {
 /// # Errors
 /// A clause that says what is wrong with it.
 pub(crate) fn decode(bytes: &[u8], name: &Path, what_for: Use) -> Result<Texture, String> {
-    let picture = guarded(|| reader(bytes, name)?.decode().map_err(|e| clause(&e)))?;
+    let picture = guarded(|| {
+        let reader = reader(bytes, name)?;
+        let format = reader.format();
+        if format == Some(ImageFormat::Jpeg) && !jpeg_has_end(bytes) {
+            return Err("it is cut off: its end is missing".to_owned());
+        }
+        let picture = reader.decode().map_err(|e| clause(&e))?;
+        Ok(if has_alpha(&picture, format, bytes) { picture } else { picture.into_rgb8().into() })
+    })?;
     let (width, height) = (picture.width(), picture.height());
     let texels = match what_for {
         Use::Diffuse => colours(picture),
@@ -186,6 +195,25 @@ fn reader<'b>(bytes: &'b [u8], name: &Path) -> Result<ImageReader<Cursor<&'b [u8
     limits.max_alloc = Some(DECODED_LIMIT);
     reader.limits(limits);
     Ok(reader)
+}
+
+/// Whether a JPEG goes on to its end: its decoder makes grey of what is missing.
+fn jpeg_has_end(bytes: &[u8]) -> bool {
+    // Neither mark is ever part of a scan's data; a thumbnail, with both, stands before the first scan.
+    let last = |mark: [u8; 2]| memmem::rfind(bytes, &mark);
+    last([0xff, 0xd9]) > last([0xff, 0xda])
+}
+
+/// Whether the alpha of a decoded picture is its file's. Decoders make one up where a Targa of four bytes says that none of them is
+/// opacity (files that say so, and hold one, are taken at what they hold), and where a GIF has no transparent colour.
+fn has_alpha(picture: &DynamicImage, format: Option<ImageFormat>, bytes: &[u8]) -> bool {
+    let DynamicImage::ImageRgba8(texels) = picture else { return true };
+    let is_all = |alpha: u8| texels.as_raw().chunks_exact(4).all(|texel| texel[3] == alpha);
+    match format {
+        Some(ImageFormat::Tga) => bytes.get(17).is_none_or(|descriptor| descriptor & 15 != 0) || !is_all(0),
+        Some(ImageFormat::Gif) => !is_all(u8::MAX),
+        _ => true,
+    }
 }
 
 /// A decoder's message as one line.
@@ -324,5 +352,48 @@ mod tests {
         for end in 0..whole.len() - 20 {
             assert!(decode(&whole[..end], Path::new("a.png"), Use::Diffuse).is_err(), "cut at {end}");
         }
+    }
+
+    #[test]
+    fn a_jpeg_that_is_cut_off_is_refused() {
+        let mut bytes = Cursor::new(Vec::new());
+        let picture =
+            DynamicImage::from(ImageBuffer::from_fn(64, 64, |x, y| Rgb([x as u8, y as u8, (x * y) as u8])));
+        picture.write_to(&mut bytes, ImageFormat::Jpeg).expect("a JPEG");
+        let mut whole = bytes.into_inner();
+        let read = |bytes: &[u8]| decode(bytes, Path::new("a.jpg"), Use::Diffuse);
+        for percent in [50, 75, 90, 99] {
+            let cut = &whole[..whole.len() * percent / 100];
+            assert!(read(cut).expect_err("cut").contains("cut off"), "at {percent} %");
+        }
+        // What follows the end does not matter.
+        whole.extend([7; 30]);
+        assert!(read(&whole).is_ok());
+    }
+
+    #[test]
+    fn alpha_that_a_decoder_makes_up_does_not_count() {
+        let written = |format, alpha: [u8; 2]| {
+            let mut bytes = Cursor::new(Vec::new());
+            let picture = ImageBuffer::from_fn(2, 1, |x, _| Rgba([255 * x as u8, 9, 9, alpha[x as usize]]));
+            DynamicImage::from(picture).write_to(&mut bytes, format).expect("written");
+            bytes.into_inner()
+        };
+        let opacity = |bytes: &[u8], name: &str| {
+            let texture = decode(bytes, Path::new(name), Use::Opacity).expect("decodes");
+            [0, 1].map(|at: usize| texture.levels[0].texels[at][3] / 257)
+        };
+        // A mask in a GIF that has no transparent colour, and one that has.
+        assert_eq!(opacity(&written(ImageFormat::Gif, [255; 2]), "a.gif"), [0, 255]);
+        assert_eq!(opacity(&written(ImageFormat::Gif, [255, 0]), "a.gif"), [255, 0]);
+        // A Targa that says how many bits of opacity it has, and one that says none and holds none, or holds some.
+        let targa = |alpha, bits: u8| {
+            let mut bytes = written(ImageFormat::Tga, alpha);
+            bytes[17] = bytes[17] & 0xf0 | bits;
+            opacity(&bytes, "a.tga")
+        };
+        assert_eq!(targa([0, 0], 8), [0, 0]);
+        assert_eq!(targa([0, 0], 0), [0, 255]);
+        assert_eq!(targa([0, 90], 0), [0, 90]);
     }
 }

@@ -6,6 +6,8 @@
 //! them replaces search (Eberly, "Triangulation by ear clipping"); reflex corners lie in a grid, so a test looks at
 //! few. Corners in the same place are no obstacle: polygons with holes touch themselves along a bridge.
 //!
+//! Corners that lie where the one before does, and tips of spikes without width, go first: they have no turn to tell the others by.
+//!
 //! Where no ear is left (repeated or collinear corners, crossing edges) the rules are relaxed step by step, and work is
 //! bounded: at least k - 2 triangles always come out, in time about linear in k.
 
@@ -32,6 +34,15 @@ pub(crate) fn triangulate(corners: &[DVec3], work: &mut u64, mut emit: impl FnMu
         (2..n).for_each(|i| emit([0, i - 1, i]));
         return true;
     };
+    // As most are, and faster told.
+    if (0..n).all(|i| orient(points[(i + n - 1) % n], points[i], points[(i + 1) % n]) > 0.0) {
+        (2..n).for_each(|i| emit([0, i - 1, i]));
+        return true;
+    }
+    let ring = without_spikes(&points, &mut emit);
+    let n = ring.len();
+    let points: Vec<DVec2> = ring.iter().map(|&i| points[i]).collect();
+    let mut emit = |corners: [usize; 3]| emit(corners.map(|i| ring[i]));
     let turn = |i: usize| orient(points[(i + n - 1) % n], points[i], points[(i + 1) % n]);
     if (0..n).all(|i| turn(i) >= 0.0) {
         (2..n).for_each(|i| emit([0, i - 1, i]));
@@ -72,6 +83,38 @@ fn flattened(corners: &[DVec3]) -> Option<Vec<DVec2>> {
     };
     let mirror = DVec2::new(if axis < 0.0 { -1.0 } else { 1.0 }, 1.0);
     Some(local.iter().map(|p| flat(p) * mirror).collect())
+}
+
+/// The corners but those that lie where the one before them does and those where the border turns back upon itself; for each that
+/// is left out a triangle without area.
+fn without_spikes(points: &[DVec2], emit: &mut impl FnMut([usize; 3])) -> VecDeque<usize> {
+    let is_spike = |a: usize, b: usize, c: usize| {
+        let (a, b, c) = (points[a], points[b], points[c]);
+        a == b || b == c || (orient(a, b, c) == 0.0 && (b - a).dot(c - b) < 0.0)
+    };
+    let mut ring: VecDeque<usize> = VecDeque::with_capacity(points.len());
+    for c in 0..points.len() {
+        while let [.., a, b] = ring.make_contiguous()[..]
+            && is_spike(a, b, c)
+        {
+            emit([a, b, c]);
+            ring.pop_back();
+        }
+        ring.push_back(c);
+    }
+    // And where the ends meet.
+    while let [first, second, .., before, last] = ring.make_contiguous()[..] {
+        if is_spike(before, last, first) {
+            emit([before, last, first]);
+            ring.pop_back();
+        } else if is_spike(last, first, second) {
+            emit([last, first, second]);
+            ring.pop_front();
+        } else {
+            break;
+        }
+    }
+    ring
 }
 
 /// A power of two that takes `size` to about 1; 1 for zero.

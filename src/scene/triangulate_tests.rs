@@ -70,6 +70,28 @@ fn concave_polygons_keep_their_area() {
 }
 
 #[test]
+fn repeated_corners_and_spikes_change_no_area() {
+    let l = [[0., 0.], [3., 0.], [3., 1.], [1., 1.], [1., 3.], [0., 3.]];
+    let u = [[0., 0.], [5., 0.], [5., 4.], [4., 4.], [4., 1.], [1., 1.], [1., 4.], [0., 4.]];
+    for (name, flat, area) in [("L", &l[..], 5.0), ("U", &u[..], 11.0)] {
+        for times in [2, 3] {
+            let all: Vec<[f64; 2]> = flat.iter().flat_map(|&p| std::iter::repeat_n(p, times)).collect();
+            check_all(name, &all, area);
+        }
+        for i in 0..flat.len() {
+            let mut one = flat.to_vec();
+            one.insert(i, flat[i]);
+            check_all(name, &one, area);
+            // Out and back again, by way of a corner of its own, and of two.
+            one.splice(i..=i, [flat[i], [-3.0, 7.0]]);
+            check_all(name, &one, area);
+            one.splice(i + 1..=i + 1, [[-3.0, 7.0], [9.0, 9.5], [-3.0, 7.0]]);
+            check_all(name, &one, area);
+        }
+    }
+}
+
+#[test]
 fn random_star_shaped_polygons_keep_their_area() {
     let mut numbers = Random(1);
     let mut random = || numbers.unit();
