@@ -124,6 +124,42 @@ fn edges_along_rows_or_diagonals_of_pixels_do_not_end_a_picture_too_early() {
 }
 
 #[test]
+fn weights_of_light_do_not_end_a_picture_too_early_nor_late() {
+    // All pixels of a tile share their lens points, so that its light is weighed wrong by one throw: sky and surfaces alike.
+    let setting = Setting { front: [0.0, 0.0], rear: [0.0, 0.0], f_number: 2.0, stretch: 1.0, rise: 0.0 };
+    let camera = camera(DVec3::new(0.0, 3.0, 24.0), DVec3::new(0.0, 6.0, 0.0), 150.0, setting);
+    let mut surfaces = yard(&mut Random(5), 20);
+    surfaces.find_patches();
+    let views = [("sky", Surfaces::default(), [0.003, 0.002]), ("yard", surfaces, [0.006, 0.004])];
+    for (name, surfaces, targets) in views {
+        let view = |seed: u64| {
+            let mut scene = scene(&camera, surfaces.clone(), 128, 8192);
+            (scene.render.falloff, scene.render.seed) = (true, seed);
+            scene
+        };
+        let truth = draw(&view(99));
+        for target in targets {
+            let told = AtomicU64::new(0);
+            let tell = |_: f64| {
+                told.fetch_add(1, Ordering::Relaxed);
+            };
+            let errors: Vec<f64> = (0..8)
+                .map(|seed| {
+                    let mut scene = view(seed);
+                    scene.render.budget = Budget::MaxError(target);
+                    let execution = Execution { beyond_reach: Some(&tell), ..Execution::default() };
+                    gap(&render(&scene, execution).unwrap().0, &truth) / target
+                })
+                .collect();
+            println!("{name}, {target}: {errors:.2?} of the error that was asked for");
+            let over = errors.iter().filter(|&&error| error > 1.0).count();
+            assert!(over <= 1 && errors.iter().all(|&error| error <= 1.2), "{name}, {target}: {errors:?}");
+            assert_eq!(told.into_inner(), 0, "{name}, {target}: said to be out of reach");
+        }
+    }
+}
+
+#[test]
 fn samples_go_where_the_error_is() {
     let mut scene = blurred(3);
     scene.render.budget = Budget::MaxError(0.0015);

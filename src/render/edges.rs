@@ -35,6 +35,8 @@ pub(super) struct Contrasts {
     /// Block by block the sum of their squared contrasts, more where lights are brighter than white: of edges along rows and columns, and
     /// of those along diagonals.
     squared: [ByBlock<f64>; 2],
+    /// Block by block its squared light, where that is weighed, and the tile.
+    light: Option<(ByBlock<f64>, (u32, u32))>,
     /// Some are.
     pub are_bright: bool,
 }
@@ -87,9 +89,11 @@ impl Picture<'_> {
                 [contrasts[0][block], contrasts[1][block]] = shown.contrasts(simd, block);
             }
         });
+        let light = self.has_weights().then(|| (std::array::from_fn(|block| shown.light(block)), tile));
         // Of an edge along the border of two blocks half is seen in either, and the sky errs nothing.
         Contrasts {
             squared: contrasts.map(|contrasts| moved_to_covered(covered, contrasts)),
+            light,
             are_bright: shown.peaks.iter().any(|&peak| peak > 0.0),
         }
     }
@@ -120,12 +124,19 @@ impl Picture<'_> {
     /// As many squared errors as blocks, by their squared contrasts.
     pub(super) fn all_missed(&self, samples: &ByBlock<u32>, contrasts: &Contrasts) -> ByBlock<f64> {
         let [aligned, diagonal] = &contrasts.squared;
-        std::array::from_fn(|block| match [aligned[block], diagonal[block]] {
-            [0.0, 0.0] => 0.0,
-            contrasts => {
-                let missed = self.missed(samples[block]);
-                missed[0] * contrasts[0] + missed[1] * contrasts[1]
-            }
+        std::array::from_fn(|block| {
+            let edges = match [aligned[block], diagonal[block]] {
+                [0.0, 0.0] => 0.0,
+                contrasts => {
+                    let missed = self.missed(samples[block]);
+                    missed[0] * contrasts[0] + missed[1] * contrasts[1]
+                }
+            };
+            let weighed = contrasts
+                .light
+                .as_ref()
+                .map_or(0.0, |(light, tile)| light[block] * self.missed_by_weights(*tile, samples[block]));
+            edges + weighed
         })
     }
 }

@@ -46,6 +46,7 @@ mod spread;
 mod stages;
 mod tile_round;
 mod uniform;
+mod weights;
 
 pub use adaptive::MOST_FOR_ERROR;
 pub use stages::Stages;

@@ -200,6 +200,16 @@ impl Shown {
         sum
     }
 
+    /// The squared light that a block shows, all channels of all pixels; of white none, which does not change with a little less light.
+    pub(super) fn light(&self, block: usize) -> f64 {
+        let block = block as u32;
+        let first = [block % BLOCKS * BLOCK, block / BLOCKS * BLOCK].map(|at| at as usize);
+        let ends = [0, 1].map(|axis| (first[axis] + WIDTH).min(self.size[axis]));
+        let rows = self.channels.iter().flat_map(|channel| (first[1]..ends[1]).map(|y| &channel[y + REACH]));
+        let lights = rows.flat_map(|row| row.iter().take(ends[0] + REACH).skip(first[0] + REACH));
+        lights.filter(|&&light| light < 1.0).map(|&light| f64::from(light) * f64::from(light)).sum()
+    }
+
     /// How much more edges of a block may hide, by the lights near it.
     fn times_white(&self, block: u32) -> f64 {
         let around = |at: u32| at.saturating_sub(1)..=(at + 1).min(BLOCKS - 1);
@@ -356,5 +366,17 @@ mod tests {
         assert_eq!(contrasts(|x, y| beyond(0.5 * y as f32 - x as f32 + 8.0)), 0.0);
         assert_eq!(contrasts(|x, y| beyond(0.7 * y as f32 - x as f32 + 4.0)), 0.0);
         assert_eq!(contrasts(|x, y| (x + y) as f32 / 64.0), 0.0);
+    }
+
+    #[test]
+    fn light_is_that_of_the_blocks_pixels_but_of_white() {
+        let level = SimdLevel::best().level();
+        let sums: Vec<_> =
+            (0..1024).map(|at| [[if at % 32 < 20 { 0.25 } else { 1.5 }; 3], [0.0; 3]]).collect();
+        let mut tile = Shown::nothing([30, 9]);
+        tile.fill(level, &sums, &[1.0; 16]);
+        let block = |pixels: f64| 3.0 * pixels * 0.25 * 0.25;
+        let found: Vec<f64> = (0..6).map(|block| tile.light(block)).collect();
+        assert_eq!(found, [block(64.0), block(64.0), block(32.0), 0.0, block(8.0), block(8.0)]);
     }
 }
