@@ -656,6 +656,37 @@ fn what_only_casts_shadows_into_view_is_in() {
 }
 
 #[test]
+fn what_is_nowhere_is_out_without_a_filter_too() {
+    let (_keep, folder) = folder(&format!("{CAMERA}{SMALL}"));
+    let effects = |scene: String, flags: &[&str]| {
+        std::fs::write(folder.join("a.toml"), scene).unwrap();
+        let words = [&["explain", "a.toml", "--json"], flags].concat();
+        let json = run(&folder, &words).expect(0, &[]).json();
+        move |name: &str| {
+            let found = json["effects"].as_array().unwrap().iter().find(|e| e["effect"] == name).unwrap();
+            (found["active"].as_bool().unwrap(), found["because"].as_str().unwrap().to_owned())
+        }
+    };
+    // Points instead of squares hide no blur and no penumbra; where nothing is in view there are none.
+    let sun = "[sun]\ntoward = [0.3, 1, 0.4]\ncolor = [1, 1, 1]\nangular_diameter_deg = 2\nshadows = true\n";
+    let away = format!("{CAMERA}{SMALL}{sun}").replace("[0.0, 1.6, 0.0]", "[0.0, 1.6, 99.0]");
+    assert!(away.contains("99.0"), "{away}");
+    let found = effects(away, &["--without", "antialiasing"]);
+    for name in ["defocus", "shadows", "soft-shadows"] {
+        assert!(!found(name).0, "{name}: {}", found(name).1);
+    }
+    // A pane out of view casts no shadow where there is no light.
+    let black = sun.replace("[1, 1, 1]", "[0, 0, 0]");
+    std::fs::write(folder.join("p.obj"), "mtllib p.mtl\nusemtl p\nv 0 0 99\nv 1 0 99\nv 0 1 99\nf 1 2 3\n")
+        .unwrap();
+    std::fs::write(folder.join("p.mtl"), "newmtl p\nd 0.4\n").unwrap();
+    for (sun, is_in) in [(&black, false), (&sun.to_owned(), true)] {
+        let found = effects(format!("{CAMERA}{SMALL}[[mesh]]\npath = \"p.obj\"\n{sun}"), &[]);
+        assert_eq!(found("coverage").0, is_in, "{}", found("coverage").1);
+    }
+}
+
+#[test]
 fn explain_tells_every_effect() {
     // Focused before the triangle, which stands at the distance of the camera's own extension.
     let (_keep, folder) = folder(&format!("{CAMERA}{SMALL}").replace("152.3", "156"));

@@ -287,6 +287,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     {
         report::warnings(&[render_words::too_late(&input.name(), wanted, &stats)]);
     }
+    if let (Budget::Seconds(wanted), None) = (scene.render.budget, &allocation)
+        && exposure.samples().range().0 == MOST_SAMPLES
+        && stats.render_seconds < (0.95 * wanted).min(wanted - 0.05)
+    {
+        report::warnings(&[render_words::no_more(&input.name(), wanted, &stats)]);
+    }
     if arguments.scene.is_none() {
         let width = width.map(|width| format!(" --width {width}"));
         first_steps(&scene, &diagrams, exposure.samples().mean(), &width.unwrap_or_default())?;

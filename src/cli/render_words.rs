@@ -50,6 +50,18 @@ pub(super) fn too_late(file: &str, wanted: f64, stats: &Stats) -> Warning {
     }
 }
 
+/// That a picture has all samples that it may have before its time is up.
+pub(super) fn no_more(file: &str, wanted: f64, stats: &Stats) -> Warning {
+    Warning {
+        file: file.to_owned(),
+        line: None,
+        message: format!(
+            "the picture took {:.2} s of {wanted} s: pixels have {MOST_SAMPLES} samples at most",
+            stats.render_seconds
+        ),
+    }
+}
+
 /// What an error takes that so many samples do not reach.
 struct Take {
     wanted: String,

@@ -27,8 +27,18 @@ pub(super) fn of_sun(scene: &Scene) -> f64 {
     shown(scene, most * sun.max_element())
 }
 
-/// The film's corners and centre.
-pub(super) const FILM: [(f64, f64); 5] = [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5), (0.0, 0.0)];
+/// The film's corners, centre, and the middles of its sides: on film that leans steeply most light falls there.
+pub(super) const FILM: [(f64, f64); 9] = [
+    (-0.5, -0.5),
+    (0.5, -0.5),
+    (-0.5, 0.5),
+    (0.5, 0.5),
+    (0.0, 0.0),
+    (-0.5, 0.0),
+    (0.5, 0.0),
+    (0.0, -0.5),
+    (0.0, 0.5),
+];
 
 /// The weight of light from a lens point, in aperture radii, to a point of [`FILM`]: not normalized.
 fn weight_of_light(scene: &Scene, (x, y): (f64, f64), (u, v): (f64, f64)) -> f64 {

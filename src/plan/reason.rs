@@ -1,7 +1,7 @@
 //! Why an effect is in a picture or not, in words: the number that decides against its threshold.
 
 use super::small::{BLUR_PX, View};
-use super::{asks, diffraction, light, tolerance};
+use super::{asks, diffraction, keeps, light, tolerance};
 use crate::scene::{EffectName, Scene};
 
 /// Whether it is asked for, whether it is seen, and the number that says so.
@@ -16,9 +16,11 @@ pub(super) fn reason(view: &View<'_>, name: EffectName) -> (bool, bool, String) 
         (asked, found > 0, format!("{what} in {found} of {in_view} materials in view, threshold 1"))
     };
     // What the sun's light goes through may lie out of view.
+    let choice = scene.render.effects;
     let casts = seen.triangles > 0
         && asks(scene, EffectName::Shadows)
-        && !scene.render.effects.without.has(EffectName::Shadows);
+        && !choice.without.has(EffectName::Shadows)
+        && (choice.all || keeps(view, EffectName::Shadows).is_some() || !view.is_small(EffectName::Shadows));
     let casting = |has: &dyn Fn(usize) -> bool, (in_view, anywhere): (&[bool], &[bool]), what: &str| {
         let found = count(&|i| in_view[i] && has(i));
         let out_of_view = count(&|i| anywhere[i] && has(i));

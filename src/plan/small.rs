@@ -86,9 +86,11 @@ impl<'a> View<'a> {
     /// not, would make the difference.)
     fn has_blur_of(&self, usual: f64) -> bool {
         if self.seen.get().is_some() {
-            return self.blur() >= self.threshold(usual, self.light());
+            return self.blur() > 0.0 && self.blur() >= self.threshold(usual, self.light());
         }
-        let has = |light: f64| Seen::has_blur_of(self.scene, self.threshold(usual, light), self.stop);
+        // Without a filter each blur shows, and none does not.
+        let least = |light: f64| self.threshold(usual, light).max(f64::MIN_POSITIVE);
+        let has = |light: f64| Seen::has_blur_of(self.scene, least(light), self.stop);
         has(1.0) || {
             let most = brightest(self.scene, |_| true);
             most > 1.0 && has(most) && self.blur() >= self.threshold(usual, self.light())
@@ -114,12 +116,12 @@ impl<'a> View<'a> {
 
     fn has_wide_penumbra(&self) -> bool {
         match self.seen.get() {
-            Some(_) => self.penumbra() >= self.penumbra_threshold(),
+            Some(_) => self.penumbra() > 0.0 && self.penumbra() >= self.penumbra_threshold(),
             None => {
                 self.farthest_penumbra() >= self.penumbra_threshold()
                     && Seen::has_shadow_of(
                         self.scene,
-                        self.penumbra_threshold() / sun_width(self.scene),
+                        (self.penumbra_threshold() / sun_width(self.scene)).max(f64::MIN_POSITIVE),
                         self.stop,
                     )
             }

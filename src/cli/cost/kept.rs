@@ -40,6 +40,9 @@ pub(super) struct Table {
     pub(super) quick: bool,
     pub(super) threads: usize,
     pub(super) simd: String,
+    /// The effects that its pictures have, but where a row says otherwise: a scene's error target decides, too, what is too small.
+    #[serde(default)]
+    pub(super) effects: String,
     /// Samples of the converged picture, which has another seed.
     pub(super) converged_samples: u32,
     /// The error that it states of itself.

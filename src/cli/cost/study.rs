@@ -64,6 +64,7 @@ impl<'a> Study<'a> {
         quick: bool,
         read: Vec<PathBuf>,
     ) -> Self {
+        let plan = RenderPlan::new(scene);
         let mut table = Table {
             scene_hash: scene.hash(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -72,13 +73,13 @@ impl<'a> Study<'a> {
             quick,
             threads: limits.0,
             simd: SimdLevel::best().name().to_owned(),
+            effects: plan.active().iter().map(|effect| effect.name()).collect::<Vec<_>>().join(" "),
             converged_samples: if quick { QUICK_TRUTHS[0] } else { TRUTH },
             converged_rms: None,
             baseline_seconds: None,
             measured: Vec::new(),
         };
         let (truth, holds_another) = take_up(folder, &mut table);
-        let plan = RenderPlan::new(scene);
         Self {
             scene,
             table,

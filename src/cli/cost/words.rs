@@ -125,12 +125,26 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
         );
     }
     if let [approximation] = rows(study, APPROXIMATION)[..] {
-        let _ = write!(
-            words,
-            " One pinhole picture with a blur is done in {} and stays wrong by {}, whatever the time.",
-            duration(approximation.seconds),
-            tell::rms(approximation.true_rms)
-        );
+        // What chance makes of as many samples, and more of them would take away.
+        let alike = rows(study, UNIFORM).into_iter().find(|row| row.samples == approximation.samples);
+        let chance = alike.map_or(0.0, |row| row.true_rms);
+        let (seconds, wrong) = (duration(approximation.seconds), approximation.true_rms);
+        let _ = if wrong > 1.5 * chance {
+            let own = libm::sqrt(wrong * wrong - chance * chance);
+            write!(
+                words,
+                " One pinhole picture with a blur is done in {seconds} and stays wrong by {} or more, whatever the time.",
+                tell::rms(own)
+            )
+        } else {
+            write!(
+                words,
+                " One pinhole picture with a blur is done in {seconds} and wrong by {}, which may be chance: as many samples of the whole \
+                 lens are by {}.",
+                tell::rms(wrong),
+                tell::rms(chance)
+            )
+        };
     }
     words
 }
