@@ -702,6 +702,12 @@ fn explain_tells_every_effect() {
     let blur: f64 = because.split(' ').nth(2).unwrap().parse().unwrap();
     assert!(because.starts_with("largest blur ") && (blur / 4.357 - 1.0).abs() < 0.01, "{because}");
     assert_eq!((&json["width"], &json["probe"]["samples"]), (&800.into(), &64.into()));
+    // Also tall film is shown whole, and its pixels are square: 10 x 120 mm.
+    let tall = format!("{CAMERA}{SMALL}").replace("film = \"4x5\"", "film_mm = [10.0, 120.0]");
+    std::fs::write(folder.join("tall.toml"), tall).unwrap();
+    let json_of_tall = run(&folder, &["explain", "tall.toml", "--json"]).expect(0, &[]).json();
+    let size = ["width", "height"].map(|side| json_of_tall["probe"][side].as_u64().unwrap());
+    assert_eq!(size, [53, 640]);
     assert!(effects[0]["cost"].is_number() && effects[0]["change_rms"].as_f64().unwrap() > 0.0);
     // Through a pinhole 156 mm before a film of 120 x 96 mm a corner has 1 - cos^4 = 1 - 1 / (1 + 5904 / 24336)^2 = 0.352 less light.
     let pinhole = CAMERA.replace("f_number = 5.6", "pinhole = true").replace("152.3", "156");

@@ -53,6 +53,7 @@ struct Explanation {
 #[derive(Serialize)]
 struct ProbeSize {
     width: u32,
+    height: u32,
     samples: u32,
 }
 
@@ -140,10 +141,11 @@ fn explain(scene: &mut Scene, execution: Execution<'_>) -> Result<Explanation> {
             change_rms_at_most: measured.map(|(_, [_, most])| most),
         }
     });
+    let [probe_width, probe_height] = probes[0].size();
     Ok(Explanation {
         width,
         height,
-        probe: ProbeSize { width: PROBE.0, samples: PROBE.1 },
+        probe: ProbeSize { width: probe_width, height: probe_height, samples: PROBE.1 },
         tolerance_rms: plan.tolerance(),
         left_out: plan.left_out().iter().map(EffectName::name).collect(),
         effects: effects.collect(),
@@ -205,8 +207,8 @@ fn words(explanation: &Explanation) -> String {
     text += &format!(
         "\ntime: what the effect adds to the picture's time, < where that cannot be told from chance;\nchange: RMS between with and \
          without, linear light, without noise; < where it cannot be told from noise;\nin parentheses, of what is out: what it would add and change; - where the scene \
-         cannot have it; soft shadows are compared with hard ones. Both of pictures {} pixels wide with {} samples.\n",
-        PROBE.0, PROBE.1,
+         cannot have it; soft shadows are compared with hard ones. Both of pictures of {} x {} pixels with {} samples.\n",
+        explanation.probe.width, explanation.probe.height, explanation.probe.samples,
     );
     let tolerance = report::rms(explanation.tolerance_rms);
     text += &match explanation.left_out.as_slice() {

@@ -10,7 +10,7 @@ use groundglass::render::{Execution, render};
 use groundglass::scene::{Budget, EffectChoice, EffectSet, PictureSettings, Scene, Sun};
 use std::time::Instant;
 
-/// Width and samples of the small pictures.
+/// Width and samples of the small pictures, which are four times as high at most.
 pub(super) const PROBE: (u32, u32) = (160, 64);
 
 /// How often each is drawn at least, and at most while that takes no longer than this for each.
@@ -32,12 +32,28 @@ pub(super) struct Probe {
     pub(super) is_refused: bool,
 }
 
+/// Width and height of a small picture of the same shape.
+fn small(width: u32, height: u32) -> (u32, u32) {
+    let part = |of: u32, most: u32, side: u32| {
+        ((f64::from(of) * f64::from(most) / f64::from(side)).round() as u32).max(1)
+    };
+    let tallest = 4 * PROBE.0;
+    match part(height, PROBE.0, width) {
+        high if high <= tallest => (PROBE.0, high),
+        _ => (part(width, tallest, height), tallest),
+    }
+}
+
 impl Probe {
+    /// Width and height, pixels.
+    pub(super) fn size(&self) -> [u32; 2] {
+        [self.settings.width, self.settings.height]
+    }
+
     /// Of the scene as it is now, but for the effects.
     pub(super) fn new(scene: &Scene, active: EffectSet) -> Self {
         let mut settings = scene.render;
-        let height = f64::from(settings.height) * f64::from(PROBE.0) / f64::from(settings.width);
-        (settings.width, settings.height) = (PROBE.0, (height.round() as u32).clamp(1, 4 * PROBE.0));
+        (settings.width, settings.height) = small(settings.width, settings.height);
         settings.budget = Budget::Samples(PROBE.1);
         settings.effects = EffectChoice { all: false, with: active, without: active.others() };
         Self { settings, sun: scene.sun, pictures: Vec::new(), seconds: Vec::new(), is_refused: false }

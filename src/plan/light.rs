@@ -70,8 +70,8 @@ pub(super) fn falloff_over_lens(scene: &Scene) -> f64 {
     FILM.map(less).into_iter().fold(0.0, f64::max)
 }
 
-/// A ring that halves the lens's area has the disk's mean of all up to cubes.
-const RING: [(f64, f64); 4] = {
+/// A ring that halves the lens's area has the disk's mean of all up to cubes, and the variance of what is linear.
+pub(crate) const RING: [(f64, f64); 4] = {
     let ring = std::f64::consts::FRAC_1_SQRT_2;
     [(ring, 0.0), (-ring, 0.0), (0.0, ring), (0.0, -ring)]
 };

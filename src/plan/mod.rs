@@ -11,6 +11,8 @@ mod reason;
 mod seen;
 mod small;
 
+pub(crate) use light::RING;
+
 use crate::scene::{Budget, EffectName, EffectSet, Scene};
 use serde::Serialize;
 use small::View;

@@ -6,6 +6,7 @@
 //! by measuring: the lens's two dimensions alone, and smooth (Owen 1997: `n^-3`, but for logarithms).
 
 use super::picture::Picture;
+use crate::plan::RING;
 use crate::raster::TILE;
 use glam::DVec3;
 
@@ -14,12 +15,6 @@ const MISSED: f64 = 4.0;
 
 /// Weights that vary by less than a hundredth, squared, make samples err less than anything else does.
 const LEAST: f64 = 1e-4;
-
-/// A ring of lens points whose linear functions vary as over the whole disk.
-const RING: [(f64, f64); 4] = {
-    let ring = std::f64::consts::FRAC_1_SQRT_2;
-    [(ring, 0.0), (-ring, 0.0), (0.0, ring), (0.0, -ring)]
-};
 
 impl Picture<'_> {
     /// Whether light is weighed, and otherwise from lens point to lens point, as far as shows.

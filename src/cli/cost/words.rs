@@ -130,7 +130,7 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
         let chance = alike.map_or(0.0, |row| row.true_rms);
         let (seconds, wrong) = (duration(approximation.seconds), approximation.true_rms);
         let _ = if wrong > 1.5 * chance {
-            let own = libm::sqrt(wrong * wrong - chance * chance);
+            let own = (wrong * wrong - chance * chance).sqrt();
             write!(
                 words,
                 " One pinhole picture with a blur is done in {seconds} and stays wrong by {} or more, whatever the time.",
