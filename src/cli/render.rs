@@ -282,16 +282,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     {
         report::warnings(&[render_words::beyond_reach(&input.name(), wanted, reached)]);
     }
-    if let (Budget::Seconds(wanted), None) = (scene.render.budget, &allocation)
-        && stats.render_seconds > (1.05 * wanted).max(wanted + 0.05)
-    {
-        report::warnings(&[render_words::too_late(&input.name(), wanted, &stats)]);
-    }
-    if let (Budget::Seconds(wanted), None) = (scene.render.budget, &allocation)
-        && exposure.samples().range().0 == MOST_SAMPLES
-        && stats.render_seconds < (0.95 * wanted).min(wanted - 0.05)
-    {
-        report::warnings(&[render_words::no_more(&input.name(), wanted, &stats)]);
+    if let (Budget::Seconds(wanted), None) = (scene.render.budget, &allocation) {
+        let (took, leeway) = (stats.render_seconds, (0.05 * wanted).max(0.05));
+        if took > wanted + leeway {
+            report::warnings(&[render_words::too_late(&input.name(), wanted, &stats)]);
+        } else if took < wanted - leeway && exposure.samples().range().0 == MOST_SAMPLES {
+            report::warnings(&[render_words::no_more(&input.name(), wanted, &stats)]);
+        }
     }
     if arguments.scene.is_none() {
         let width = width.map(|width| format!(" --width {width}"));

@@ -19,6 +19,7 @@ use super::kept::Blocks;
 use super::picture::Picture;
 use super::resolve::{ByBlock, Sum};
 use super::shown::Shown;
+use super::weights::missed_by_weights;
 use crate::simd::at_level;
 
 /// The constant for an edge through a lens; and through a pinhole, where it adds up over the two or three rows that count.
@@ -35,8 +36,8 @@ pub(super) struct Contrasts {
     /// Block by block the sum of their squared contrasts, more where lights are brighter than white: of edges along rows and columns, and
     /// of those along diagonals.
     squared: [ByBlock<f64>; 2],
-    /// Block by block its squared light, where that is weighed, and the tile.
-    light: Option<(ByBlock<f64>, (u32, u32))>,
+    /// Block by block the squared light that is weighed, times the variance of the weights.
+    weighed: ByBlock<f64>,
     /// Some are.
     pub are_bright: bool,
 }
@@ -89,11 +90,12 @@ impl Picture<'_> {
                 [contrasts[0][block], contrasts[1][block]] = shown.contrasts(simd, block);
             }
         });
-        let light = self.has_weights().then(|| (std::array::from_fn(|block| shown.light(block)), tile));
+        let variance = if self.has_weights() { self.variance_of(tile) } else { 0.0 };
+        let of_light = |block| if variance > 0.0 { variance * shown.light(block) } else { 0.0 };
         // Of an edge along the border of two blocks half is seen in either, and the sky errs nothing.
         Contrasts {
             squared: contrasts.map(|contrasts| moved_to_covered(covered, contrasts)),
-            light,
+            weighed: std::array::from_fn(of_light),
             are_bright: shown.peaks.iter().any(|&peak| peak > 0.0),
         }
     }
@@ -125,18 +127,16 @@ impl Picture<'_> {
     pub(super) fn all_missed(&self, samples: &ByBlock<u32>, contrasts: &Contrasts) -> ByBlock<f64> {
         let [aligned, diagonal] = &contrasts.squared;
         std::array::from_fn(|block| {
-            let edges = match [aligned[block], diagonal[block]] {
-                [0.0, 0.0] => 0.0,
-                contrasts => {
-                    let missed = self.missed(samples[block]);
-                    missed[0] * contrasts[0] + missed[1] * contrasts[1]
-                }
-            };
-            let weighed = contrasts
-                .light
-                .as_ref()
-                .map_or(0.0, |(light, tile)| light[block] * self.missed_by_weights(*tile, samples[block]));
-            edges + weighed
+            let (aligned, diagonal, weighed) = (aligned[block], diagonal[block], contrasts.weighed[block]);
+            let mut squared = 0.0;
+            if aligned != 0.0 || diagonal != 0.0 {
+                let missed = self.missed(samples[block]);
+                squared += missed[0] * aligned + missed[1] * diagonal;
+            }
+            if weighed != 0.0 {
+                squared += missed_by_weights(samples[block]) * weighed;
+            }
+            squared
         })
     }
 }

@@ -132,9 +132,7 @@ impl Shown {
     /// they touch.
     #[inline(always)]
     pub(super) fn contrasts<S: Simd>(&self, simd: S, block: usize) -> [f64; 2] {
-        let block = block as u32;
-        let first = [block % BLOCKS * BLOCK, block / BLOCKS * BLOCK].map(|at| at as usize);
-        let ends = [0, 1].map(|axis| (first[axis] + WIDTH).min(self.size[axis]));
+        let [first, ends] = self.corners(block);
         if first[0] >= ends[0] || first[1] >= ends[1] {
             return [0.0; 2];
         }
@@ -172,7 +170,7 @@ impl Shown {
             }
         }
         let sums = [sum, self.along_diagonals(simd, first, ends)];
-        if sums == [0.0; 2] { sums } else { sums.map(|sum| sum * self.times_white(block)) }
+        if sums == [0.0; 2] { sums } else { sums.map(|sum| sum * self.times_white(block as u32)) }
     }
 
     /// The squared contrasts of edges along diagonals between these columns and rows, summed over the pixels that they touch.
@@ -200,11 +198,17 @@ impl Shown {
         sum
     }
 
+    /// The first column and row of a block, and the ends of its columns and rows within the tile.
+    #[inline(always)]
+    fn corners(&self, block: usize) -> [[usize; 2]; 2] {
+        let side = BLOCKS as usize;
+        let first = [block % side * WIDTH, block / side * WIDTH];
+        [first, [0, 1].map(|axis: usize| (first[axis] + WIDTH).min(self.size[axis]))]
+    }
+
     /// The squared light that a block shows, all channels of all pixels; of white none, which does not change with a little less light.
     pub(super) fn light(&self, block: usize) -> f64 {
-        let block = block as u32;
-        let first = [block % BLOCKS * BLOCK, block / BLOCKS * BLOCK].map(|at| at as usize);
-        let ends = [0, 1].map(|axis| (first[axis] + WIDTH).min(self.size[axis]));
+        let [first, ends] = self.corners(block);
         let rows = self.channels.iter().flat_map(|channel| (first[1]..ends[1]).map(|y| &channel[y + REACH]));
         let lights = rows.flat_map(|row| row.iter().take(ends[0] + REACH).skip(first[0] + REACH));
         lights.filter(|&&light| light < 1.0).map(|&light| f64::from(light) * f64::from(light)).sum()

@@ -16,6 +16,11 @@ const MISSED: f64 = 4.0;
 /// Weights that vary by less than a hundredth, squared, make samples err less than anything else does.
 const LEAST: f64 = 1e-4;
 
+/// The squared error that so many samples make of such a variance, as a part of squared light.
+pub(super) fn missed_by_weights(samples: u32) -> f64 {
+    MISSED / libm::pow(f64::from(samples.max(1)), 2.6)
+}
+
 impl Picture<'_> {
     /// Whether light is weighed, and otherwise from lens point to lens point, as far as shows.
     pub(super) fn has_weights(&self) -> bool {
@@ -24,10 +29,10 @@ impl Picture<'_> {
         self.falloff.is_some() && corners.into_iter().any(|(x, y)| self.variance(x, y) > LEAST)
     }
 
-    /// The squared error of so many samples in the middle of a tile, as a part of squared light.
-    pub(super) fn missed_by_weights(&self, tile: (u32, u32), samples: u32) -> f64 {
+    /// The variance of the weights over the lens in the middle of a tile, as a part of their squared mean.
+    pub(super) fn variance_of(&self, tile: (u32, u32)) -> f64 {
         let [x, y] = [tile.0, tile.1].map(|at| (f64::from(at) + 0.5) * f64::from(TILE));
-        MISSED * self.variance(x, y) / libm::pow(f64::from(samples.max(1)), 2.6)
+        self.variance(x, y)
     }
 
     /// The variance of the weights over the lens at a place of the picture, pixels, as a part of their squared mean.

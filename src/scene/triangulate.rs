@@ -35,7 +35,7 @@ pub(crate) fn triangulate(corners: &[DVec3], work: &mut u64, mut emit: impl FnMu
         return true;
     };
     // As most are, and faster told.
-    if (0..n).all(|i| orient(points[(i + n - 1) % n], points[i], points[(i + 1) % n]) > 0.0) {
+    if turns(&points).all(|turn| turn > 0.0) {
         (2..n).for_each(|i| emit([0, i - 1, i]));
         return true;
     }
@@ -43,8 +43,7 @@ pub(crate) fn triangulate(corners: &[DVec3], work: &mut u64, mut emit: impl FnMu
     let n = ring.len();
     let points: Vec<DVec2> = ring.iter().map(|&i| points[i]).collect();
     let mut emit = |corners: [usize; 3]| emit(corners.map(|i| ring[i]));
-    let turn = |i: usize| orient(points[(i + n - 1) % n], points[i], points[(i + 1) % n]);
-    if (0..n).all(|i| turn(i) >= 0.0) {
+    if turns(&points).all(|turn| turn >= 0.0) {
         (2..n).for_each(|i| emit([0, i - 1, i]));
         return true;
     }
@@ -83,6 +82,12 @@ fn flattened(corners: &[DVec3]) -> Option<Vec<DVec2>> {
     };
     let mirror = DVec2::new(if axis < 0.0 { -1.0 } else { 1.0 }, 1.0);
     Some(local.iter().map(|p| flat(p) * mirror).collect())
+}
+
+/// At each corner: positive where the border turns left.
+fn turns(points: &[DVec2]) -> impl Iterator<Item = f64> {
+    let n = points.len();
+    (0..n).map(move |i| orient(points[(i + n - 1) % n], points[i], points[(i + 1) % n]))
 }
 
 /// The corners but those that lie where the one before them does and those where the border turns back upon itself; for each that
