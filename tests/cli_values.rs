@@ -159,6 +159,34 @@ fn what_a_camera_cannot_be_is_2_with_its_key() {
     }
 }
 
+#[test]
+fn keys_take_the_budgets_that_flags_take() {
+    let (_keep, folder) = folder("");
+    for (key, flag, value) in [
+        ("max_error", "--max-error", "1e-30"),
+        ("max_error", "--max-error", "5.0"),
+        ("time_budget_s", "--time-budget", "1e-9"),
+        ("time_budget_s", "--time-budget", "0.0"),
+    ] {
+        let scene = format!("{CAMERA}{SMALL}");
+        fs::write(folder.join("flag.toml"), &scene).unwrap();
+        let key = format!("{key} = {value}\nwidth = 8");
+        let text: String = scene
+            .lines()
+            .map(|line| match line.split(' ').next() {
+                Some("samples") => format!("{key}\n"),
+                Some("width") => String::new(),
+                _ => format!("{line}\n"),
+            })
+            .collect();
+        fs::write(folder.join("key.toml"), text).unwrap();
+        let by_key = run(&folder, &["render", "key.toml", "-o", "k.png"]);
+        let by_flag = run(&folder, &["render", "flag.toml", "--width", "8", flag, value, "-o", "f.png"]);
+        assert_eq!(by_key.code == 0, by_flag.code == 0, "{value}: {}{}", by_key.err, by_flag.err);
+        assert_eq!(by_key.code == 0, value != "0.0", "{value}: {}", by_key.err);
+    }
+}
+
 /// Renders `scene` to EXR; the picture's least and greatest value.
 fn rendered(folder: &Path, name: &str, scene: &str) -> (f32, f32) {
     fs::write(folder.join("scene.toml"), scene).unwrap();

@@ -259,10 +259,10 @@ pub(crate) struct RenderTable {
     #[schemars(range(min = 1, max = 1_048_576), example = 256)]
     pub(crate) samples: Option<u32>,
     /// Stop at this error: root mean square over the picture, linear light.
-    #[schemars(range(min = 1e-9, max = 1.0), example = 0.004)]
+    #[schemars(extend("exclusiveMinimum" = 0), example = 0.004)]
     pub(crate) max_error: Option<f64>,
     /// Stop after this time; seconds.
-    #[schemars(range(min = 1e-3, max = 1e9), example = 2.0)]
+    #[schemars(extend("exclusiveMinimum" = 0), example = 2.0)]
     pub(crate) time_budget_s: Option<f64>,
     /// Brightens the PNG by this many stops.
     #[schemars(range(min = -100.0, max = 100.0), example = 0.5)]
