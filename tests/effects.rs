@@ -325,6 +325,48 @@ fn falloff_weighs_each_samples_own_light() {
     }
 }
 
+/// Boards at the lens's height, of which half of the lens sees the side that the sun shines on: samples that are grouped and samples by
+/// themselves make the same picture.
+#[test]
+fn of_a_board_at_the_lenss_height_each_lens_point_sees_its_side() {
+    let setting = Setting { front: [0.0, 0.0], rear: [0.0, 0.0], f_number: 1.4, stretch: 1.1, rise: 0.0 };
+    let eye = DVec3::new(0.0, 0.003, 0.0);
+    let camera = camera(eye, eye - DVec3::Z, 80.0, setting);
+    let mut materials = vec![plain([0.8; 3]), plain([0.9; 3]), plain([0.7; 3])];
+    // Of one colour: samples that share a look-up see the same.
+    let level = Level { width: 4, height: 4, texels: vec![[40_000, 50_000, 60_000, 65_535]; 16] };
+    materials[1].diffuse_map = Texture::from_level(level).map(Arc::new);
+    let mut surfaces = Surfaces { materials, ..Default::default() };
+    // The third board has normals of its own, all alike, and the others of its material lie over and under the lens.
+    for (left, height, material) in
+        [(-0.5, 0.0, 0), (-0.2, 0.0, 1), (0.1, 0.0, 2), (0.25, 0.05, 0), (0.3, -0.05, 0), (-0.4, 0.1, 2)]
+    {
+        let corner = |x: f64, z: f64| DVec3::new(left + x, height, z);
+        quad(
+            &mut surfaces,
+            [corner(0.0, -0.5), corner(0.25, -0.5), corner(0.25, -4.0), corner(0.0, -4.0)],
+            4.0,
+            material,
+        );
+    }
+    surfaces.normals.push(DVec3::new(0.02, 1.0, 0.01).normalize().as_vec3());
+    for attributes in surfaces.attributes.iter_mut().filter(|attributes| attributes.material == 2) {
+        attributes.normals = [0; 3];
+    }
+    let find: [fn(&mut Surfaces); 3] = [|_| {}, Surfaces::find_patches, Surfaces::build_hierarchy];
+    for (kind, find) in find.into_iter().enumerate() {
+        find(&mut surfaces);
+        for (samples, shadows) in [(16, false), (64, false), (64, true), (256, false)] {
+            let mut scene = scene(&camera, surfaces.clone(), 64, samples);
+            scene.sun.as_mut().unwrap().shadows = shadows;
+            let alone = pixels(&scene);
+            scene.render.share_shading = true;
+            let gap = gap(&alone, &pixels(&scene));
+            assert!(gap < 1e-5, "{samples} samples, shadows: {shadows}, patches {kind}: {gap}");
+        }
+    }
+}
+
 /// Stripes on a floor, in a camera that is rolled, and a strip of few texels by many, stretched: both sides of a pixel's footprint are
 /// many times as long as it is wide. Without coarser levels to choose from every sample looks at the texture itself.
 #[test]

@@ -122,6 +122,22 @@ impl TileFilm {
         edges.map(|e| e.map(|c| c * scale))
     }
 
+    /// Whether rays of the tile may run along `normal` as well as against it: of planes across it both sides may be seen, of one that
+    /// the lens lies beside only the tile's part towards its vanishing line.
+    pub(crate) fn may_see_both(&self, normal: DVec3) -> bool {
+        let f = self.bilinear(normal.to_array(), [0.0; 3]);
+        let over_lens = |k: usize| libm::hypot(f[k + 1], f[k + 2]);
+        let over_pixels = |k: usize, axis: usize| (f[k].abs() + over_lens(k)) * self.half[axis];
+        f[0].abs() <= (over_lens(0) + over_pixels(3, 0) + over_pixels(6, 1)) * (1.0 + 1e-6)
+    }
+
+    /// Which side of a triangle's plane all of the lens sees, if it is one: the normal's (`false`), or the other.
+    pub(crate) fn side(&self, v: [DVec3; 3]) -> Option<bool> {
+        let normal = (v[1] - v[0]).cross(v[2] - v[0]);
+        let (along, swing) = (normal.dot(v[0]), self.radius * libm::hypot(normal.x, normal.y));
+        (along.abs() > swing).then_some(along > 0.0)
+    }
+
     /// [`Block::facing`](super::setup::Block) and `plane` of one triangle.
     pub(crate) fn depth(&self, v: [DVec3; 3]) -> ([f32; 9], [f32; 3]) {
         let v = v.map(|corner| corner.to_array());

@@ -91,6 +91,15 @@ impl Picture<'_> {
 
     fn look(&self, film: &TileFilm, parts: &LookParts) -> Look {
         let mut look = self.shader.look(parts, || film.scaled_edges(parts.corners));
+        // Where samples that are shaded together may see either side, each is lit by itself.
+        if look.sides_differ() && film.may_see_both(look.face.as_dvec3()) {
+            let is_one_plane = parts.normals.is_none() && (!self.alike || self.surfaces.patches.are_flat());
+            // Which side it is shadows ask by each sample's ray.
+            match film.side(parts.corners).filter(|_| is_one_plane && self.shadows.is_none()) {
+                Some(is_away) => look.show(is_away),
+                None => look.light_each(),
+            }
+        }
         look.plane = self.shadows.as_ref().map(|sun| sun.plane(parts.triangle, film.depth(parts.corners)));
         look
     }

@@ -107,4 +107,21 @@ impl Look {
             plane: None,
         }
     }
+
+    /// Whether it is flat, and lit otherwise on one side than on the other.
+    pub(crate) fn sides_differ(&self) -> bool {
+        self.normal.is_none() && self.lit[0] != self.lit[1]
+    }
+
+    /// Of a flat surface only the side of `face` is seen, or (`is_away`) only the other.
+    pub(crate) fn show(&mut self, is_away: bool) {
+        self.lit = [self.lit[usize::from(is_away)]; 2];
+    }
+
+    /// Has each sample see for itself which side of a flat surface it looks at, as where normals are interpolated.
+    pub(crate) fn light_each(&mut self) {
+        let mut normal = [Vec4::ZERO; 9];
+        normal[0] = self.face.extend(0.0);
+        self.normal = Some(normal);
+    }
 }

@@ -5,7 +5,8 @@
 //! is no texture; with falloff each sample counts by its weight, in `k` as in the sums. Of those that meet no surface: [`super::sky`].
 //!
 //! Sixteen groups at a time. Of a flat surface all samples of a group receive one light, that of the side which is seen from its
-//! mean place; where normals are interpolated each sample has its own ([`Slope`]). What samples read from the texture comes
+//! mean place; where normals are interpolated, or both sides of a flat surface may be seen (a table top at the lens's height was wrong by
+//! 0.06 RMS at f/1, whatever the number of samples), each sample has its own ([`Slope`]). What samples read from the texture comes
 //! from [`super::texels`]. One generic source for every SIMD level, product and sum apart, so the same bits.
 
 use super::Shader;
@@ -106,7 +107,7 @@ fn surface<S: Simd>(
     }
 }
 
-/// Which of 16 places see the back of a flat surface.
+/// Which of 16 places see the back of a flat surface of which all samples see one side.
 #[inline(always)]
 pub(super) fn away<S: Simd>(simd: S, look: &Look, rays: &Rays, at: &Places<S>) -> u16 {
     let [rx, ry, rz] = rays.at_all(simd, at);
