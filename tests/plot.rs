@@ -207,6 +207,95 @@ fn names_touch_nothing_at_any_size_and_number() {
     check_names(&draw(LOG, Changes::default()).unwrap(), "log");
 }
 
+/// A chart of these points, with what else its file says.
+fn of_points(x: &str, y: &str, more: &str) -> groundglass::Result<Figure> {
+    let text = format!("kind = \"plot\"\n{more}\n[[series]]\nname = \"a\"\nx = [{x}]\ny = [{y}]\n");
+    draw(&text, Changes::default())
+}
+
+#[test]
+fn values_that_hardly_differ_are_all_drawn() {
+    for (x, y) in [
+        ("1, 2, 3", "1013.2501, 1013.2502, 1013.2507"),
+        ("1, 1.0000000001, 1.0000000003", "100, 100.000000002, 100.000000005"),
+        ("299792.4, 299792.5, 299792.7", "50000.01, 50000.02, 50000.03"),
+        ("2461000.00001, 2461000.00002, 2461000.00003", "-0.5, -0.50001, -0.50002"),
+    ] {
+        let figure = of_points(x, y, "").unwrap();
+        assert!(figure.warnings().is_empty(), "{x}: {:?}", figure.warnings());
+        assert!(figure.to_svg().unwrap().contains(&format!("data-x=\"{}\"", x.replace(',', ""))), "{x}");
+        check_names(&figure, x);
+    }
+    let figure = of_points("1013.2501, 1013.2507", "1, 2", "").unwrap().to_svg().unwrap();
+    assert!(figure.contains("x runs from 1013.2501 to 1013.2507"), "{figure}");
+}
+
+#[test]
+fn long_labels_of_axes_stay_on_the_page() {
+    for width in [85.0, 160.0] {
+        for (x, scale) in [
+            ("1e-12, 5e-12", "linear"),
+            ("1000.1, 1000.101, 1000.109", "linear"),
+            ("1e12, 1000000000300", "linear"),
+            ("2461000.1, 2461000.5, 2461000.9", "linear"),
+            ("1, 1e13", "log"),
+            ("1.2, 1.8", "log"),
+        ] {
+            let y = vec!["1"; x.split(',').count()].join(", ");
+            let figure = of_points(x, &y, &format!("width_mm = {width}\n[x]\nscale = \"{scale}\"")).unwrap();
+            check_names(&figure, &format!("{x} at {width} mm"));
+        }
+    }
+    let ticks =
+        of_points("0, 100", "0, 100", "[x]\nticks = [100, 50, 0]\n[y]\nticks = [100, 1, 2, 3, 50]").unwrap();
+    check_names(&ticks, "given ticks");
+    let mut words = Vec::new();
+    boxes(&ticks.display_list().items, &mut words);
+    assert_eq!(words.iter().filter(|(said, _)| said == "50").count(), 2, "{words:?}");
+}
+
+#[test]
+fn names_that_have_no_room_are_told_with_the_height_they_need() {
+    for names in ["auto", "ends", "legend"] {
+        let mut text = format!("kind = \"plot\"\nnames = \"{names}\"\n");
+        for i in 0..30 {
+            text += &format!("[[series]]\nname = \"series {i}\"\nx = [0, 1]\ny = [0, {i}]\n");
+        }
+        let error = draw(&text, Changes::default()).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains("30 names have no room") && error.contains("height_mm"), "{error}");
+        let height = error.split("a height of ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+        let figure = draw(&text.replacen('\n', &format!("\nheight_mm = {height}\n"), 1), Changes::default());
+        check_names(&figure.unwrap(), names);
+    }
+}
+
+fn map(rows: &str) -> groundglass::Result<Figure> {
+    let source = Memory::new().with("t.csv", format!("x,y,z\n{rows}").into_bytes());
+    let text = "kind = \"heat-map\"\ndata = \"t.csv\"\nbands = [1.0, 2.0]\n[x]\ncolumn = \"x\"\n[y]\ncolumn = \"y\"\n\
+                [[panel]]\nname = \"one\"\ncolumn = \"z\"\n[[panel]]\nname = \"two\"\ncolumn = \"z\"\n";
+    let document = Document::from_bytes(text.as_bytes(), "map.toml")?;
+    FigureFile::from_document(document)?.draw(&source, "".as_ref(), Changes::default())
+}
+
+#[test]
+fn maps_have_a_row_for_each_cell_and_labels_apart() {
+    let svg = map("0,0,1\n-0,1,2\n1,0,3\n1,1,2.5\n").unwrap().to_svg().unwrap();
+    assert!(svg.contains("in 0 of 4 cells"), "zero has no sign");
+    for (rows, said) in [
+        ("0,0,1\n0,1,2\n1,0,3\n1,1,2.5\n1,1,2\n", "line 5 and line 6 both have x = 1, y = 1"),
+        (
+            "0.3,0,1\n0.3,1,2\n0.30000000000000004,0,3\n1,0,1\n1,1,2\n",
+            "no row has x = 0.30000000000000004, y = 1",
+        ),
+        ("0,0,one\n0,1,2\n1,0,3\n1,1,2\n", "`one` in the column `z`, line 2, is not a number"),
+        ("0,0,1\n,1,2\n1,0,3\n1,1,2\n", "the column `x` is empty in line 3"),
+    ] {
+        let error = map(rows).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains(said), "{error}");
+    }
+    check_names(&map("100000,0,1\n300000,0,2\n100000,1,1\n300000,1,2\n").unwrap(), "wide labels");
+}
+
 #[test]
 fn a_chart_has_its_bytes_its_themes_and_its_time() {
     let first = draw(LOG, Changes::default()).unwrap().to_svg().unwrap();
@@ -266,6 +355,10 @@ fn level_bars_and_labels_of_points() {
         ("labels = [\"one\"]", "`labels` has 1 texts and `x` has 3"),
         ("labels_column = \"t\"", "there is no table"),
         ("x_low = [1]", "`x_low` has 1 values and `x` has 3"),
+        (
+            "labels = [\"\\u0007\", \"\", \"\"]",
+            "plot.toml:6:10: series[0].labels: the diagrams' font has no glyph",
+        ),
     ] {
         let text =
             format!("kind = \"plot\"\n[[series]]\nname = \"a\"\nx = [1, 2, 3]\ny = [1, 2, 3]\n{wrong}\n");

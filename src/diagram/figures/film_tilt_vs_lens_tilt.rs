@@ -61,7 +61,9 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     };
     let upright = stage.page.size[0] < NARROW;
     let [first, second] = if upright { ["Above", "Below"] } else { ["Left", "Right"] };
-    let is_parallel = lens.hinge_distance().is_none();
+    // Both turned alike are parallel too, and there one of them does not do.
+    let is_straight = |standard: Standard| standard.tilt == Angle::ZERO && standard.swing == Angle::ZERO;
+    let is_parallel = lens.hinge_distance().is_none() && is_straight(own.front) && is_straight(own.rear);
     let sentences = if is_parallel {
         vec![
             "Lens and film are parallel, and the plane to be sharp is parallel to both: nothing is to be turned.".to_owned(),

@@ -72,8 +72,13 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         ),
         None => {
             let distances = all.iter().zip(&extensions).map(|(optics, &extension)| {
-                let at = stage::on_axis(&scene, optics.focus_plane(), f64::INFINITY);
-                let at = at.map_or("none ahead".to_owned(), |p| length(libm::hypot(p[0], p[1])));
+                let plane = optics.focus_plane();
+                let at = stage::on_axis(&scene, plane, f64::INFINITY);
+                let at = match at {
+                    Some(p) => length(libm::hypot(p[0], p[1])),
+                    None if plane.is_at_infinity() => "∞".to_owned(),
+                    None => "none ahead".to_owned(),
+                };
                 format!("{}: {at}", told(extension))
             });
             format!(

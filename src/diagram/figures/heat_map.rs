@@ -6,7 +6,8 @@
 use super::file::Input;
 use super::heat_map_grid::{self, Grid, Map};
 use super::heat_map_keys::{AxisKeys, Keys};
-use super::plot_axis::{Axis, Range, Scale};
+use super::plot_axis::{Axis, Range, Scale, Tick};
+use super::plot_frame::{self, Label};
 use crate::diagram::Figure;
 use crate::diagram::display_list::{Color, Fill, Geometry, Group, Item, Recoloring, Segment, Shape};
 use crate::diagram::lettering;
@@ -20,8 +21,11 @@ use crate::error::{Error, Result};
 const LINE: f64 = (lettering::ASCENT + lettering::DESCENT) * theme::LETTER;
 /// From the frame down to the labels of its ticks.
 const AWAY: f64 = 1.8;
-/// Free room between maps.
+/// Free room between maps, and between the labels of neighbours.
 const BETWEEN: f64 = 4.0;
+const APART: f64 = 1.2;
+/// Page millimetres that a tick's label takes: across, and up.
+const ROOM: [f64; 2] = [15.0, 9.0];
 /// Height of a colour's sample in the legend.
 const SAMPLE: f64 = 3.0;
 
@@ -36,7 +40,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let mut sheet = Sheet::new(page.size, [60.0, 45.0], &page.theme)?;
     sheet.background = page.background;
     let top = sheet.heading(page.title.as_deref())?;
-    let frames = frames(&keys, &grid, &sheet, top)?;
+    let (frames, x_ticks) = frames(&keys, &grid, &sheet, top)?;
     let colors = Colors::new(&page.theme, keys.bands.len() + 1);
     for (i, ((frame, map), panel)) in frames.iter().zip(&grid.maps).zip(&keys.panel).enumerate() {
         let [left, upper, right, bottom] = *frame;
@@ -48,7 +52,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             items: cells,
             ..Group::default()
         })];
-        items.extend(axes(&keys, [&x, &y], *frame, i == 0, &sheet)?);
+        items.extend(axes(&keys, [&x, &y], &x_ticks, i == 0, &sheet)?);
         let name = lettering::runs(&panel.name);
         let end = frames.get(i + 1).map_or(page.size[0] - MARGIN, |next| next[0] - 1.0);
         if left + lettering::width(&name)? * theme::LETTER > end {
@@ -80,30 +84,38 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     Ok(figure)
 }
 
-/// The maps' frames: as wide as one another, with room for labels at the left and below.
-fn frames(keys: &Keys, grid: &Grid, sheet: &Sheet, top: f64) -> Result<Vec<[f64; 4]>> {
+/// The maps' frames, as wide as one another, with room for labels at the left and below; and the ticks of their x axes.
+fn frames(keys: &Keys, grid: &Grid, sheet: &Sheet, top: f64) -> Result<(Vec<[f64; 4]>, Vec<Tick>)> {
     let [width, height] = sheet.size;
-    let mut widest: f64 = 0.0;
-    for tick in grid.y.range.ticks(height / 9.0, &keys.y.ticks) {
-        widest = widest.max(lettering::width(&lettering::runs(&tick.label))? * theme::LETTER);
-    }
     let titled = |axis: &AxisKeys| if axis.title.is_some() { LINE + 1.0 } else { 0.0 };
-    let left = MARGIN + widest + 2.0;
     let upper = top + titled(&keys.y) + LINE + 1.8;
     let bottom = height - MARGIN - (SAMPLE + LINE + 2.6) - titled(&keys.x) - LINE - AWAY;
+    let widest = plot_frame::widest(&grid.y.range.ticks((bottom - upper) / ROOM[1], &keys.y.ticks))?;
     let count = keys.panel.len() as f64;
-    let wide = (width - MARGIN - left - (count - 1.0) * BETWEEN) / count;
+    // By how far labels reach beyond the frames: where the first begins, how wide each is, and what lies between them.
+    let across = |[before, after]: [f64; 2]| {
+        let left = MARGIN + before.max(widest + 2.0);
+        let between = BETWEEN.max(before + after + APART);
+        let right = width - MARGIN - after.max(0.0);
+        [left, (right - left - (count - 1.0) * between) / count, between]
+    };
+    let ends = |beyond| {
+        let [left, wide, _] = across(beyond);
+        [left, left + wide]
+    };
+    let (x, x_ticks, beyond) = plot_frame::fitting(grid.x.range, (&keys.x.ticks, ROOM[0]), ends)?;
+    let ([left, right], [_, _, between]) = (x.ends, across(beyond));
+    let wide = right - left;
     if wide < 12.0 || bottom - upper < 12.0 {
         return Err(Error::invalid(format!("a page of {width} by {height} mm leaves no room for the maps"))
             .at_key("width_mm")
             .remedy("give a larger page, or fewer maps"));
     }
-    Ok((0..keys.panel.len())
-        .map(|i| {
-            let from = left + i as f64 * (wide + BETWEEN);
-            [from, upper, from + wide, bottom]
-        })
-        .collect())
+    let frame = |i: usize| {
+        let from = left + i as f64 * (wide + between);
+        [from, upper, from + wide, bottom]
+    };
+    Ok(((0..keys.panel.len()).map(frame).collect(), x_ticks))
 }
 
 /// Colours of the bands, from pale to dark, and of nothing.
@@ -177,36 +189,25 @@ fn cells(
 fn axes(
     keys: &Keys,
     [x, y]: [&Axis; 2],
-    frame: [f64; 4],
+    x_ticks: &[Tick],
     is_first: bool,
     sheet: &Sheet,
 ) -> Result<Vec<Item>> {
-    let [left, top, right, bottom] = frame;
+    let ([left, right], [bottom, top]) = (x.ends, y.ends);
+    let frame = [left, top, right, bottom];
     let stroke = solid(sheet.theme.ink, theme::THIN);
     let mut marks = Vec::new();
     let mut items = Vec::new();
-    let mut last = f64::NEG_INFINITY;
-    for tick in x.range.ticks((right - left) / 15.0, &keys.x.ticks) {
-        let at = x.page(tick.value);
-        let runs = lettering::runs(&tick.label);
-        let half = 0.5 * lettering::width(&runs)? * theme::LETTER;
-        if tick.label.is_empty() || at - half < last + 1.2 {
-            continue;
-        }
-        last = at + half;
+    for Label { at, runs, wide, .. } in plot_frame::labels(x, x_ticks, true)? {
         marks.push(Item::Shape(Shape::line([at, bottom], [at, bottom + 1.0], stroke)));
         let base = bottom + AWAY + lettering::ASCENT * theme::LETTER;
-        items.push(sheet.caption("tick-label", runs, [at - half, base], theme::LETTER)?);
+        items.push(sheet.caption("tick-label", runs, [at - 0.5 * wide, base], theme::LETTER)?);
     }
-    for tick in y.range.ticks((bottom - top) / 9.0, &keys.y.ticks) {
-        if tick.label.is_empty() {
-            continue;
-        }
-        let at = y.page(tick.value);
+    for Label { at, runs, wide, .. } in
+        plot_frame::labels(y, &y.range.ticks((bottom - top) / ROOM[1], &keys.y.ticks), false)?
+    {
         marks.push(Item::Shape(Shape::line([left - 1.0, at], [left, at], stroke)));
         if is_first {
-            let runs = lettering::runs(&tick.label);
-            let wide = lettering::width(&runs)? * theme::LETTER;
             let base = at + 0.36 * theme::LETTER;
             items.push(sheet.caption("tick-label", runs, [left - 1.6 - wide, base], theme::LETTER)?);
         }

@@ -4,7 +4,8 @@
 use super::file::Input;
 use super::heat_map_keys::{AxisKeys, Keys};
 use super::plot_axis::{Range, Scale};
-use super::plot_data::{Cell, Table};
+use super::plot_data::Table;
+use super::plot_series;
 use crate::error::{Error, Result};
 
 /// The most rows or columns.
@@ -38,19 +39,39 @@ pub(crate) fn read(input: &Input, keys: &Keys) -> Result<Grid> {
     let ys = required(input, "y.column", &table, &keys.y.column)?;
     let x = Cells::new(&xs, &keys.x).map_err(|error| error.at(input.document.place("x")))?;
     let y = Cells::new(&ys, &keys.y).map_err(|error| error.at(input.document.place("y")))?;
+    let rows = rows([&x, &y], [&xs, &ys], &table).map_err(|error| error.in_file(&*keys.data))?;
     let mut maps = Vec::new();
     for (i, panel) in keys.panel.iter().enumerate() {
         let values = numbers(input, &format!("panel[{i}].column"), &table, &panel.column)?;
-        let mut map = vec![vec![None; x.values.len()]; y.values.len()];
-        for ((u, v), value) in xs.iter().zip(&ys).zip(values) {
-            let row = y.index(*v).and_then(|row| map.get_mut(row));
-            if let Some(cell) = row.zip(x.index(*u)).and_then(|(row, column)| row.get_mut(column)) {
-                *cell = value;
-            }
-        }
-        maps.push(map);
+        let value = |&row: &usize| values.get(row).copied().flatten();
+        maps.push(rows.iter().map(|row| row.iter().map(value).collect()).collect());
     }
     Ok(Grid { x, y, maps })
+}
+
+/// The table's row of each cell.
+fn rows([x, y]: [&Cells; 2], [xs, ys]: [&[f64]; 2], table: &Table) -> Result<Vec<Vec<usize>>> {
+    let mut found = vec![vec![None; x.values.len()]; y.values.len()];
+    for (row, (&u, &v)) in xs.iter().zip(ys).enumerate() {
+        let line = y.index(v).and_then(|at| found.get_mut(at));
+        let Some(cell) = line.zip(x.index(u)).and_then(|(line, at)| line.get_mut(at)) else { continue };
+        if let Some(other) = cell.replace(row) {
+            let [first, second] = [other, row].map(|row| table.place(row));
+            return Err(Error::invalid(format!("{first} and {second} both have x = {u}, y = {v}"))
+                .remedy("keep one of them"));
+        }
+    }
+    let missing = found.iter().flatten().filter(|cell| cell.is_none()).count();
+    let complete = |(line, &v): (Vec<Option<usize>>, &f64)| {
+        let cell = |(cell, u): (Option<usize>, &f64)| {
+            cell.ok_or_else(|| {
+                Error::invalid(format!("no row has x = {u}, y = {v}, and {missing} cells of the grid have none"))
+                    .remedy("give a row for each cell, with an empty value where there is none; numbers that differ by rounding are different")
+            })
+        };
+        line.into_iter().zip(&x.values).map(cell).collect()
+    };
+    found.into_iter().zip(&y.values).map(complete).collect()
 }
 
 impl Cells {
@@ -84,34 +105,15 @@ impl Cells {
 }
 
 fn required(input: &Input, key: &str, table: &Table, name: &str) -> Result<Vec<f64>> {
-    let cells = numbers(input, key, table, name)?;
-    cells
-        .into_iter()
-        .enumerate()
-        .map(|(row, cell)| {
-            cell.ok_or_else(|| {
-                input.document.error(key, format!("the column `{name}` is empty in row {}", row + 1))
-            })
+    let filled = |(row, cell): (usize, Option<f64>)| {
+        cell.ok_or_else(|| {
+            input.document.error(key, format!("the column `{name}` is empty in {}", table.place(row)))
         })
-        .collect()
+    };
+    numbers(input, key, table, name)?.into_iter().enumerate().map(filled).collect()
 }
 
+/// All numbers of a column.
 fn numbers(input: &Input, key: &str, table: &Table, name: &str) -> Result<Vec<Option<f64>>> {
-    let cells = table.column(name).ok_or_else(|| {
-        let all: Vec<&str> = table.columns.keys().map(String::as_str).collect();
-        input
-            .document
-            .error(key, format!("the table has no column `{name}`"))
-            .remedy(format!("it has {}", all.join(", ")))
-    })?;
-    cells
-        .iter()
-        .map(|cell| match cell {
-            Cell::Number(number) => Ok(Some(*number)),
-            Cell::Nothing => Ok(None),
-            Cell::Word(word) => {
-                Err(input.document.error(key, format!("`{word}` in the column `{name}` is not a number")))
-            }
-        })
-        .collect()
+    plot_series::numbers(input, key, table, name, &(0..table.rows()).collect::<Vec<_>>())
 }

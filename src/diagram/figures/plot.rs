@@ -7,7 +7,7 @@
 use super::file::{Input, Page};
 use super::plot_axis::{Axis, Range, Scale};
 use super::plot_chart::{Chart, Guide, LINE, Look, describe};
-use super::plot_frame::{AWAY, axes, grid, titles};
+use super::plot_frame::{self, AWAY, axes, grid, titles};
 use super::plot_keys::{AxisKeys, GuideKeys, Keys, SeriesKeys};
 use super::plot_marks::series_group;
 use super::plot_names::{self, Names};
@@ -25,6 +25,8 @@ use crate::error::{Error, Result};
 const APART: f64 = 2.2;
 /// Page millimetres that a tick's label takes: across, and up.
 const ROOM: [f64; 2] = [17.0, 9.0];
+/// The least frame: across, and up.
+const LEAST: [f64; 2] = [20.0, 15.0];
 /// Dashes of the series in turn.
 const DASHES: [&[f64]; 6] =
     [&[], &[2.4, 0.9], &[0.8, 0.7], &[3.2, 0.7, 0.7, 0.7], &[1.4, 0.6], &[4.0, 0.8, 0.7, 0.6, 0.7, 0.8]];
@@ -50,6 +52,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             chart = settle(input, &keys, &all, &page, &sheet, top, names)?;
         }
     }
+    names.fit(&chart, page.size[1])?;
     paint(&keys, chart, sheet, names)
 }
 
@@ -83,19 +86,18 @@ fn settle(
     let x = range(&keys.x, "x", values(&keys.x, |p| p.x, |p| p.level_bar), room_across[0])?;
     let y = range(&keys.y, "y", values(&keys.y, |p| p.y, |p| p.bar), room_across[1])?;
 
-    let ticks = y.ticks(room_across[1], &keys.y.ticks);
-    let mut widest: f64 = 0.0;
-    for tick in &ticks {
-        widest = widest.max(lettering::width(&lettering::runs(&tick.label))? * theme::LETTER);
-    }
     let title_room = |axis: &AxisKeys| if axis.title.is_some() { line + 1.2 } else { 0.0 };
-    let left = MARGIN + widest + 2.0;
     // Half of the uppermost tick's label stands over the frame.
     let frame_top = top + title_room(&keys.y) + 1.4;
     let bottom = height - MARGIN - line - AWAY - title_room(&keys.x);
-    let right = width - MARGIN - names.room(all)?.max(4.0);
+    let y = Axis::new(y, bottom, frame_top);
+    let y_ticks = y.range.ticks((bottom - frame_top) / ROOM[1], &keys.y.ticks);
+    let side = [plot_frame::widest(&y_ticks)? + 2.0, names.room(all)?.max(4.0)];
+    let ends = |beyond: [f64; 2]| [MARGIN + side[0].max(beyond[0]), width - MARGIN - side[1].max(beyond[1])];
+    let (x, x_ticks, _) = plot_frame::fitting(x, (&keys.x.ticks, ROOM[0]), ends)?;
+    let [left, right] = x.ends;
     let frame = [left, frame_top, right, bottom];
-    if right - left < 20.0 || bottom - frame_top < 15.0 {
+    if right - left < LEAST[0] || bottom - frame_top < LEAST[1] {
         return Err(Error::invalid(format!("a page of {width} by {height} mm leaves no room for the chart"))
             .at_key("width_mm")
             .remedy(match names {
@@ -104,8 +106,6 @@ fn settle(
             }));
     }
     let panel = Panel { frame, scale: 1.0, origin: [left, bottom] };
-    let x = Axis::new(x, left, right);
-    let y = Axis::new(y, bottom, frame_top);
     let mut guides = Vec::new();
     for (i, guide) in keys.guide.iter().enumerate() {
         let ends = guide_ends(guide, &x, &y)
@@ -120,7 +120,7 @@ fn settle(
         .enumerate()
         .map(|(i, (series, keys))| (series.clone(), look(&page.theme, i, keys, series, &x, &y)))
         .collect();
-    Ok(Chart { panel, x, y, series, guides })
+    Ok(Chart { panel, x, y, x_ticks, y_ticks, series, guides })
 }
 
 fn look(theme: &Theme, i: usize, keys: &SeriesKeys, series: &Series, x: &Axis, y: &Axis) -> Look {
@@ -183,10 +183,7 @@ fn guide_ends(guide: &GuideKeys, x: &Axis, y: &Axis) -> Result<[Point; 2]> {
 fn paint(keys: &Keys, chart: Chart, mut sheet: Sheet, names: Names) -> Result<Figure> {
     let theme = *sheet.theme;
     let mut items = Vec::new();
-    let room = [chart.panel.width() / ROOM[0], chart.panel.height() / ROOM[1]];
-    let x_ticks = chart.x.range.ticks(room[0], &keys.x.ticks);
-    let y_ticks = chart.y.range.ticks(room[1], &keys.y.ticks);
-    items.push(grid(&chart, &x_ticks, &y_ticks, &theme));
+    items.push(grid(&chart, &theme));
     for guide in &chart.guides {
         let stroke = Stroke { dash: theme::DASHED, ..solid(theme.quiet, theme::THIN) };
         let [a, b] = guide.ends;
@@ -195,7 +192,7 @@ fn paint(keys: &Keys, chart: Chart, mut sheet: Sheet, names: Names) -> Result<Fi
     for (series, look) in &chart.series {
         items.push(Item::Group(series_group(&chart, series, *look, &theme)));
     }
-    items.extend(axes(&chart, &sheet, &x_ticks, &y_ticks)?);
+    items.extend(axes(&chart, &sheet)?);
     items.extend(titles(&chart, keys, &sheet)?);
     items.extend(plot_names::place(&chart, names, &theme)?);
     let data = |axis: &Axis| {

@@ -29,6 +29,8 @@ pub(crate) struct Tick {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Axis {
     pub(crate) range: Range,
+    /// Where it begins and ends on the page.
+    pub(crate) ends: [f64; 2],
     pub(crate) at: f64,
     pub(crate) per: f64,
 }
@@ -50,20 +52,30 @@ impl Range {
         if !(low.is_finite() && high.is_finite()) {
             return Err(Error::invalid("no series has a point").remedy("give [[series]] with x and y"));
         }
-        if scale == Scale::Log && low.min(high) <= 0.0 {
-            return Err(Error::invalid(format!("{} cannot stand on a logarithmic axis", low.min(high)))
+        // Also of values beyond an end that is given.
+        let least = values.iter().copied().fold(low.min(high), f64::min);
+        if scale == Scale::Log && least <= 0.0 {
+            return Err(Error::invalid(format!("{least} cannot stand on a logarithmic axis"))
                 .remedy("use scale = \"linear\", or leave out what is not positive"));
         }
         let largest = low.abs().max(high.abs());
-        if largest > 1e100 || (scale == Scale::Log && low < 1e-100) {
+        if largest > 1e100 || (largest > 0.0 && largest < 1e-100) || (scale == Scale::Log && low < 1e-100) {
             return Err(Error::invalid("the numbers are too extreme to be drawn").remedy("use another unit"));
         }
-        if low > high || (low == high && given[0].is_some() && given[1].is_some()) {
-            return Err(Error::invalid(format!("the axis would run from {low} to {high}"))
-                .remedy("give a min below max"));
+        // What no digits tell apart.
+        let is_one = high - low <= 1e-12 * largest;
+        if low > high || (is_one && given[0].is_some() && given[1].is_some()) {
+            return Err(match given {
+                [Some(_), None] => Error::invalid(format!("`min` is {low}, and no value is above {high}"))
+                    .remedy("give a lower min, or leave it out"),
+                [None, Some(_)] => Error::invalid(format!("`max` is {high}, and no value is below {low}"))
+                    .remedy("give a higher max, or leave it out"),
+                _ => Error::invalid(format!("the axis would run from {low} to {high}"))
+                    .remedy("give a min clearly below max"),
+            });
         }
         let mut range = Self { scale, low, high };
-        if high - low <= 1e-12 * largest {
+        if is_one {
             // A single value stands in the middle.
             let half = if low == 0.0 { 1.0 } else { 0.5 * low.abs() };
             range = match scale {
@@ -74,7 +86,13 @@ impl Range {
         let [mut from, mut to] = match scale {
             Scale::Linear => {
                 let step = step(range.low, range.high, room);
-                [libm::floor(range.low / step + 1e-9) * step, libm::ceil(range.high / step - 1e-9) * step]
+                let [low, high] = [range.low / step, range.high / step];
+                let ends = [
+                    libm::floor(low + 1e-9 + rounding(low)) * step,
+                    libm::ceil(high - 1e-9 - rounding(high)) * step,
+                ];
+                // By rounding they may lie within the data.
+                [ends[0].min(range.low), ends[1].max(range.high)]
             }
             // A little more than the data, so that no marker stands on the frame.
             Scale::Log => [round(0.93 * range.low, false), round(1.07 * range.high, true)],
@@ -89,19 +107,25 @@ impl Range {
         let inside = |value: f64| {
             let (u, a, b) =
                 (along(self.scale, value), along(self.scale, self.low), along(self.scale, self.high));
-            u >= a - 1e-9 * (b - a) && u <= b + 1e-9 * (b - a)
+            let slack = 1e-9 * (b - a) + rounding(a.abs().max(b.abs()));
+            u >= a - slack && u <= b + slack
         };
         let majors: Vec<f64> = match (given.is_empty(), self.scale) {
-            (false, _) => given.to_vec(),
-            (true, Scale::Linear) => {
-                let step = step(self.low, self.high, room);
-                let first = libm::ceil(self.low / step - 1e-9) as i64;
-                (0..200)
-                    .map(|i| (first + i) as f64 * step)
-                    .take_while(|&v| v <= self.high + 1e-9 * step)
-                    .collect()
+            (false, _) => {
+                let mut rising = given.to_vec();
+                rising.sort_by(f64::total_cmp);
+                rising.dedup();
+                rising
             }
-            (true, Scale::Log) => self.decades(room),
+            (true, Scale::Linear) => self.steps(room),
+            (true, Scale::Log) => {
+                // Within a decade what stands on an axis of several may not tell how it runs.
+                let are_enough = |values: &Vec<f64>| values.iter().filter(|&&v| inside(v)).count() >= 2;
+                Some(self.decades(room))
+                    .filter(are_enough)
+                    .or_else(|| Some(self.minors()).filter(are_enough))
+                    .unwrap_or_else(|| self.steps(room))
+            }
         };
         let majors: Vec<f64> = majors.into_iter().filter(|&v| inside(v)).collect();
         let mut ticks: Vec<Tick> = majors
@@ -117,6 +141,19 @@ impl Range {
             }
         }
         ticks
+    }
+
+    /// Even steps, of which this many have room.
+    fn steps(&self, room: f64) -> Vec<f64> {
+        let step = step(self.low, self.high, room);
+        let [low, high] = [self.low, self.high].map(|end| end / step);
+        let first = libm::ceil(low - 1e-9 - rounding(low)) as i64;
+        let last = high + 1e-9 + rounding(high);
+        (0..200)
+            .map(|i| (first + i) as f64)
+            .take_while(|&steps| steps <= last)
+            .map(|steps| steps * step)
+            .collect()
     }
 
     /// Decades, or 1, 2, 5 in each where there is room.
@@ -146,13 +183,20 @@ impl Axis {
     pub(crate) fn new(range: Range, from: f64, to: f64) -> Self {
         let (a, b) = (along(range.scale, range.low), along(range.scale, range.high));
         let per = (to - from) / (b - a);
-        Self { range, at: from - per * a, per }
+        Self { range, ends: [from, to], at: from - per * a, per }
     }
 
     /// The page coordinate of a value; not finite for one that the scale cannot have.
     pub(crate) fn page(&self, value: f64) -> f64 {
-        self.at + self.per * along(self.range.scale, value)
+        // From the beginning on: where values hardly differ, `at` is far off the page and keeps few digits there.
+        let Range { scale, low, .. } = self.range;
+        self.ends[0] + self.per * (along(scale, value) - along(scale, low))
     }
+}
+
+/// What a few roundings may change of a value.
+fn rounding(value: f64) -> f64 {
+    4.0 * f64::EPSILON * value.abs()
 }
 
 /// 10 to the n, correctly rounded as its decimal text is.
@@ -174,8 +218,12 @@ fn round(value: f64, up: bool) -> f64 {
 
 /// The least step of 1, 2, 5 times a power of ten of which at most `room` fit.
 fn step(low: f64, high: f64, room: f64) -> f64 {
-    round((high - low) / room.max(1.0), true)
+    // Of values that hardly differ the difference has few digits.
+    round((high - low - rounding(low.abs().max(high.abs()))) / room.max(1.0), true)
 }
+
+/// So many digits tell any two numbers apart that an axis tells apart.
+const MOST_DECIMALS: i32 = 15;
 
 /// How ticks are written: all alike.
 fn labels(values: &[f64], scale: Scale) -> Vec<String> {
@@ -216,19 +264,23 @@ fn is_power(value: f64) -> bool {
     (n - libm::round(n)).abs() < 1e-9
 }
 
-/// Decimals that a multiple of this step needs.
-fn decimals(step: f64) -> usize {
-    (0..12)
+/// Decimals that a multiple of this step needs, which was found between numbers of this size.
+fn decimals(step: f64, size: f64) -> usize {
+    (0..MOST_DECIMALS)
         .find(|&d| {
             let scaled = step * power(d);
-            (scaled - libm::round(scaled)).abs() < 1e-6 * scaled
+            (scaled - libm::round(scaled)).abs() < 1e-12 * scaled + rounding(size) * power(d)
         })
-        .unwrap_or(12) as usize
+        .unwrap_or(MOST_DECIMALS) as usize
 }
 
 /// Decimals that all of these values need, and a step between them.
 fn decimals_of(values: impl Iterator<Item = f64>, step: f64) -> usize {
-    values.filter(|&value| value != 0.0).map(|value| decimals(value.abs())).fold(decimals(step), usize::max)
+    let (mut most, mut large) = (0, 0.0);
+    for value in values.map(f64::abs).filter(|&value| value != 0.0) {
+        (most, large) = (most.max(decimals(value, value)), f64::max(large, value));
+    }
+    most.max(decimals(step, large))
 }
 
 fn number(value: f64, decimals: usize) -> String {
@@ -243,11 +295,11 @@ fn plain(value: f64) -> String {
         return "0".to_owned();
     }
     if value.abs() >= 1e-9 {
-        return number(value, decimals(value.abs()));
+        return number(value, decimals(value.abs(), value));
     }
     let exponent = libm::floor(libm::log10(value.abs()) + 1e-9);
     let digits = value / power(exponent as i32);
-    format!("{}·10*^{{{}}}*", number(digits, decimals(digits.abs())), number(exponent, 0))
+    format!("{}·10*^{{{}}}*", number(digits, decimals(digits.abs(), digits)), number(exponent, 0))
 }
 
 #[cfg(test)]
@@ -282,6 +334,41 @@ mod tests {
         assert_eq!(written(&[0.0, 0.5, 1.0], Scale::Log), "0 0.5 1");
         assert_eq!(written(&[1e-14, 5e-14], Scale::Log), "1·10*^{−14}* 5·10*^{−14}*");
         assert_eq!(written(&[0.0, 0.1, 0.1 + 0.2], Scale::Linear), "0.0 0.1 0.3");
+        assert_eq!(written(&[123456.789], Scale::Linear), "123456.789");
+        assert_eq!(written(&[1_234_567.1], Scale::Linear), "1.2345671·10*^{6}*");
+    }
+
+    #[test]
+    fn all_values_lie_on_their_axis_and_labels_tell_them_apart() {
+        let bases = [1.0, 1013.25, 632.8, 3600.5, 20000.1, 299_792.4, 2_461_000.1, 5e-4, -50000.0];
+        for base in bases {
+            for part in [1e-2, 1e-5, 1e-7, 1e-9, 2e-12] {
+                for room in [2.0, 4.0, 9.0] {
+                    let values: Vec<f64> = (0..4).map(|i| base * (1.0 + f64::from(i) * part)).collect();
+                    let range = Range::holding(&values, Scale::Linear, [None, None], room).unwrap();
+                    assert!(values.iter().all(|&v| range.low <= v && v <= range.high), "{base} {part}");
+                    let ticks = range.ticks(room, &[]);
+                    assert!(ticks.len() >= 2, "{base} {part} {room}");
+                    let is_short = |tick: &Tick| part < 1e-11 || !tick.label.contains("000000000000");
+                    assert!(ticks.iter().all(is_short), "{ticks:?}");
+                    assert!(ticks.windows(2).all(|pair| pair[0].label != pair[1].label), "{ticks:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_part_of_a_decade_has_ticks() {
+        let written = |low: f64, high: f64| {
+            let range = Range { scale: Scale::Log, low, high };
+            let ticks = range.ticks(5.0, &[]).into_iter().filter(|tick| !tick.label.is_empty());
+            ticks.map(|tick| tick.label).collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(written(2.1, 4.9), "3 4");
+        assert_eq!(written(1.2, 1.8), "1.2 1.4 1.6 1.8");
+        assert_eq!(written(0.0021, 0.009), "0.003 0.004 0.005 0.006 0.007 0.008 0.009");
+        let range = Range { scale: Scale::Log, low: 1.0, high: 100.0 };
+        assert_eq!(range.ticks(5.0, &[100.0, 10.0, 1.0, 10.0]), range.ticks(5.0, &[1.0, 10.0, 100.0]));
     }
 
     #[test]
@@ -298,6 +385,10 @@ mod tests {
         assert_eq!((range.low, range.high), (0.5, 10.0));
         assert!(Range::holding(&[], Scale::Linear, [None, None], 5.0).is_err());
         assert!(Range::holding(&[0.0, 1.0], Scale::Log, [None, None], 5.0).is_err());
+        assert!(Range::holding(&[-1.0, 1.0], Scale::Log, [Some(0.1), None], 5.0).is_err());
+        assert!(Range::holding(&[1e-310, 2e-310], Scale::Linear, [None, None], 5.0).is_err());
+        let said = Range::holding(&[1.0, 2.0], Scale::Linear, [Some(3.0), None], 5.0).unwrap_err();
+        assert!(said.to_string().contains("`min` is 3, and no value is above 2"), "{said}");
         assert!(Range::holding(&[1.0], Scale::Linear, [Some(2.0), Some(2.0)], 5.0).is_err());
     }
 

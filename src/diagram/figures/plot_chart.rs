@@ -1,14 +1,14 @@
 //! What a chart is: its panel, axes, series with their looks, and guides; and what it says in words. From [`super::plot`], for
 //! [`super::plot_frame`], [`super::plot_marks`] and [`super::plot_names`].
 
-use super::plot_axis::{Axis, Scale};
+use super::plot_axis::{Axis, Range, Scale, Tick};
 use super::plot_keys::Keys;
 use super::plot_series::Series;
 use crate::diagram::display_list::{Point, Stroke};
 use crate::diagram::panel::Panel;
 use crate::diagram::sheet::plain;
 use crate::diagram::theme::Hue;
-use crate::diagram::words::short;
+use crate::diagram::words::{exact, short};
 
 /// The width of a series' line in millimetres.
 pub(super) const LINE: f64 = 0.45;
@@ -34,8 +34,16 @@ pub(super) struct Chart {
     pub(super) panel: Panel,
     pub(super) x: Axis,
     pub(super) y: Axis,
+    pub(super) x_ticks: Vec<Tick>,
+    pub(super) y_ticks: Vec<Tick>,
     pub(super) series: Vec<(Series, Look)>,
     pub(super) guides: Vec<Guide>,
+}
+
+/// A value in words: with all its digits where three would say the same of both ends of the axis.
+fn said(axis: &Axis, value: f64) -> String {
+    let Range { low, high, .. } = axis.range;
+    if high - low < 0.01 * low.abs().max(high.abs()) { exact(value) } else { short(value) }
 }
 
 /// The chart in words, with its numbers.
@@ -50,17 +58,14 @@ pub(super) fn describe(chart: &Chart, keys: &Keys, name: &str) -> String {
     let mut text = format!("{kind}: {name}.");
     for (axis, keys, letter) in [(&chart.x, &keys.x, "x"), (&chart.y, &keys.y, "y")] {
         let unit = keys.unit.as_ref().map_or(String::new(), |unit| format!(" {}", plain(unit)));
-        text.push_str(&format!(
-            " {letter} runs from {} to {}{unit}.",
-            short(axis.range.low),
-            short(axis.range.high)
-        ));
+        let [low, high] = [axis.range.low, axis.range.high].map(|end| said(axis, end));
+        text.push_str(&format!(" {letter} runs from {low} to {high}{unit}."));
     }
     for (series, _) in &chart.series {
         let ends: Vec<String> = [series.points.first(), series.points.last()]
             .into_iter()
             .flatten()
-            .map(|p| format!("({}, {})", short(p.x), short(p.y)))
+            .map(|p| format!("({}, {})", said(&chart.x, p.x), said(&chart.y, p.y)))
             .collect();
         let count = series.points.len();
         let points = if count == 1 { "point".to_owned() } else { format!("{count} points from") };

@@ -22,14 +22,17 @@ impl Cell {
         let text = text.trim();
         match text.parse::<f64>() {
             _ if text.is_empty() => Self::Nothing,
-            Ok(number) if number.is_finite() => Self::Number(number),
+            // Zero has no sign here.
+            Ok(number) if number.is_finite() => Self::Number(number + 0.0),
             _ => Self::Word(text.to_owned()),
         }
     }
 
     fn of_json(value: &Value) -> Self {
         match value {
-            Value::Number(number) => number.as_f64().map_or(Self::Nothing, Self::Number),
+            Value::Number(number) => {
+                number.as_f64().map_or(Self::Nothing, |number| Self::Number(number + 0.0))
+            }
             Value::String(word) => Self::Word(word.clone()),
             Value::Bool(truth) => Self::Word(truth.to_string()),
             _ => Self::Nothing,
@@ -76,6 +79,11 @@ impl Table {
         self.columns.values().map(Vec::len).max().unwrap_or(0)
     }
 
+    /// Where a row stands, for errors: `line 7`, or `row 6` of JSON, from 1.
+    pub(crate) fn place(&self, row: usize) -> String {
+        self.lines.get(row).map_or(format!("row {}", row + 1), |line| format!("line {line}"))
+    }
+
     /// A column by its name.
     pub(crate) fn column(&self, name: &str) -> Option<&[Cell]> {
         self.columns.get(name).map(Vec::as_slice)
@@ -88,11 +96,15 @@ fn csv(text: &str) -> Result<Table> {
         .enumerate()
         .map(|(i, line)| (i + 1, line))
         .filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
-    let Some((_, head)) = lines.next() else {
+    let Some((first, head)) = lines.next() else {
         return Err(Error::invalid("the table is empty").remedy("its first line names the columns"));
     };
     let separator = if head.contains('\t') { '\t' } else { ',' };
-    let names = cells(head, separator);
+    let names: Vec<String> = cells(head, separator).into_iter().map(|name| name.trim().to_owned()).collect();
+    if let Some((i, twice)) = names.iter().enumerate().find(|&(i, name)| names[..i].contains(name)) {
+        let message = format!("two columns are named `{twice}`: the one before number {} too", i + 1);
+        return Err(Error::invalid(message).at_line(first).remedy("give each its own name"));
+    }
     let mut table = Table::default();
     let mut columns = vec![Vec::new(); names.len()];
     for (number, line) in lines {
@@ -107,7 +119,7 @@ fn csv(text: &str) -> Result<Table> {
         }
         table.lines.push(number);
     }
-    table.columns = names.iter().map(|name| name.trim().to_owned()).zip(columns).collect();
+    table.columns = names.into_iter().zip(columns).collect();
     Ok(table)
 }
 
@@ -162,7 +174,7 @@ fn json(text: &str, pointer: Option<&str>) -> Result<Table> {
         Value::Array(rows) => {
             for (i, row) in rows.iter().enumerate() {
                 let Value::Object(row) = row else {
-                    return Err(Error::invalid(format!("row {i} is not an object")));
+                    return Err(Error::invalid(format!("row {} is not an object", i + 1)));
                 };
                 for (name, value) in row {
                     let column = table.columns.entry(name.clone()).or_default();

@@ -1,10 +1,10 @@
 //! What stands around a chart's lines. In: the chart and its ticks. Out: grid, frame, ticks with their labels, and the titles of the
-//! axes, as items of a display list, for [`super::plot`].
+//! axes, as items of a display list, for [`super::plot`]; and where labels stand, for [`super::heat_map`] too.
 
-use super::plot_axis::Tick;
+use super::plot_axis::{Axis, Range, Tick};
 use super::plot_chart::Chart;
 use super::plot_keys::{AxisKeys, Keys};
-use crate::diagram::display_list::{Group, Item, Shape, Stroke};
+use crate::diagram::display_list::{Group, Item, Run, Shape, Stroke};
 use crate::diagram::lettering;
 use crate::diagram::sheet::{MARGIN, Sheet};
 use crate::diagram::theme::{self, Theme, solid};
@@ -13,16 +13,91 @@ use crate::error::{Error, Result};
 /// From the frame down to the labels of its ticks: clear of those at its side.
 pub(super) const AWAY: f64 = 1.8;
 
-pub(super) fn grid(chart: &Chart, x_ticks: &[Tick], y_ticks: &[Tick], theme: &Theme) -> Item {
+/// Free room between the labels of an axis: from left to right, and upward.
+const APART: [f64; 2] = [1.2, 0.4];
+
+/// A tick's label: where the tick stands on the page, half of what the label takes there, what it says, and how wide that is.
+pub(super) struct Label {
+    pub(super) at: f64,
+    half: f64,
+    pub(super) runs: Vec<Run>,
+    pub(super) wide: f64,
+}
+
+/// The labels of an axis from left to right (`is_level`) or upward; where two would touch, the second is left out.
+///
+/// # Errors
+/// When a glyph is missing.
+pub(super) fn labels(axis: &Axis, ticks: &[Tick], is_level: bool) -> Result<Vec<Label>> {
+    let mut found: Vec<Label> = Vec::new();
+    for tick in ticks.iter().filter(|tick| !tick.label.is_empty()) {
+        let (at, runs) = (axis.page(tick.value), lettering::runs(&tick.label));
+        let wide = lettering::width(&runs)? * theme::LETTER;
+        let half = 0.5 * if is_level { wide } else { theme::LETTER };
+        let room = |last: &Label| (at - last.at).abs() - last.half - half;
+        if found.last().is_none_or(|last| room(last) >= APART[usize::from(!is_level)]) {
+            found.push(Label { at, half, runs, wide });
+        }
+    }
+    Ok(found)
+}
+
+/// A level axis that leaves room for the labels at its ends, its ticks, and how far labels reach beyond it. `ends` gives the axis's ends on the page by how far labels
+/// reach beyond them; `room` is what a label takes.
+///
+/// # Errors
+/// When a glyph is missing.
+pub(super) fn fitting(
+    range: Range,
+    (given, room): (&[f64], f64),
+    ends: impl Fn([f64; 2]) -> [f64; 2],
+) -> Result<(Axis, Vec<Tick>, [f64; 2])> {
+    let mut beyond = [0.0; 2];
+    // Which labels there are depends on the axis's length.
+    for _ in 0..8 {
+        let [left, right] = ends(beyond);
+        let ticks = range.ticks((right - left) / room, given);
+        let found = overhang(&Axis::new(range, left, right), &ticks)?;
+        if found[0] <= beyond[0] && found[1] <= beyond[1] {
+            break;
+        }
+        beyond = [0, 1].map(|end| beyond[end].max(found[end]));
+    }
+    let [left, right] = ends(beyond);
+    Ok((Axis::new(range, left, right), range.ticks((right - left) / room, given), beyond))
+}
+
+/// How far the outermost labels of a level axis reach beyond it: at the left, at the right.
+fn overhang(axis: &Axis, ticks: &[Tick]) -> Result<[f64; 2]> {
+    let (all, [left, right]) = (labels(axis, ticks, true)?, axis.ends);
+    Ok([
+        all.first().map_or(0.0, |label| left - (label.at - label.half)),
+        all.last().map_or(0.0, |label| label.at + label.half - right),
+    ])
+}
+
+/// What the widest label takes.
+///
+/// # Errors
+/// When a glyph is missing.
+pub(super) fn widest(ticks: &[Tick]) -> Result<f64> {
+    let mut widest: f64 = 0.0;
+    for tick in ticks {
+        widest = widest.max(lettering::width(&lettering::runs(&tick.label))? * theme::LETTER);
+    }
+    Ok(widest)
+}
+
+pub(super) fn grid(chart: &Chart, theme: &Theme) -> Item {
     let [left, top, right, bottom] = chart.panel.frame;
     let stroke = Stroke { opacity: 0.5, ..solid(theme.faint, theme::HAIR) };
     let major = |tick: &&Tick| !tick.label.is_empty();
     let mut lines = Vec::new();
-    for tick in x_ticks.iter().filter(major) {
+    for tick in chart.x_ticks.iter().filter(major) {
         let at = chart.x.page(tick.value);
         lines.push(Item::Shape(Shape::line([at, top], [at, bottom], stroke)));
     }
-    for tick in y_ticks.iter().filter(major) {
+    for tick in chart.y_ticks.iter().filter(major) {
         let at = chart.y.page(tick.value);
         lines.push(Item::Shape(Shape::line([left, at], [right, at], stroke)));
     }
@@ -30,39 +105,28 @@ pub(super) fn grid(chart: &Chart, x_ticks: &[Tick], y_ticks: &[Tick], theme: &Th
 }
 
 /// The frame, the ticks inside it, and their labels outside.
-pub(super) fn axes(chart: &Chart, sheet: &Sheet, x_ticks: &[Tick], y_ticks: &[Tick]) -> Result<Vec<Item>> {
+pub(super) fn axes(chart: &Chart, sheet: &Sheet) -> Result<Vec<Item>> {
     let [left, _, _, bottom] = chart.panel.frame;
     let ink = sheet.theme.ink;
     let mut ticks = Vec::new();
     let mut items = Vec::new();
     let stroke = solid(ink, theme::THIN);
-    let mut last = f64::NEG_INFINITY;
-    for tick in x_ticks {
+    let length = |tick: &Tick| if tick.label.is_empty() { 0.8 } else { 1.5 };
+    for tick in &chart.x_ticks {
         let at = chart.x.page(tick.value);
-        let long = if tick.label.is_empty() { 0.8 } else { 1.5 };
-        ticks.push(Item::Shape(Shape::line([at, bottom], [at, bottom - long], stroke)));
-        if !tick.label.is_empty() {
-            let runs = lettering::runs(&tick.label);
-            let half = 0.5 * lettering::width(&runs)? * theme::LETTER;
-            // Where labels would touch, every other is left out.
-            if at - half < last + 1.2 {
-                continue;
-            }
-            last = at + half;
-            let base = bottom + AWAY + lettering::ASCENT * theme::LETTER;
-            items.push(sheet.caption("tick-label", runs, [at - half, base], theme::LETTER)?);
-        }
+        ticks.push(Item::Shape(Shape::line([at, bottom], [at, bottom - length(tick)], stroke)));
     }
-    for tick in y_ticks {
+    for tick in &chart.y_ticks {
         let at = chart.y.page(tick.value);
-        let long = if tick.label.is_empty() { 0.8 } else { 1.5 };
-        ticks.push(Item::Shape(Shape::line([left, at], [left + long, at], stroke)));
-        if !tick.label.is_empty() {
-            let runs = lettering::runs(&tick.label);
-            let wide = lettering::width(&runs)? * theme::LETTER;
-            let base = at + 0.36 * theme::LETTER;
-            items.push(sheet.caption("tick-label", runs, [left - 1.2 - wide, base], theme::LETTER)?);
-        }
+        ticks.push(Item::Shape(Shape::line([left, at], [left + length(tick), at], stroke)));
+    }
+    for Label { at, half, runs, .. } in labels(&chart.x, &chart.x_ticks, true)? {
+        let base = bottom + AWAY + lettering::ASCENT * theme::LETTER;
+        items.push(sheet.caption("tick-label", runs, [at - half, base], theme::LETTER)?);
+    }
+    for Label { at, runs, wide, .. } in labels(&chart.y, &chart.y_ticks, false)? {
+        let base = at + 0.36 * theme::LETTER;
+        items.push(sheet.caption("tick-label", runs, [left - 1.2 - wide, base], theme::LETTER)?);
     }
     let frame = Shape::polyline(&chart.panel.corners(), true, None, Some(solid(ink, theme::THIN)));
     items.insert(0, Item::Group(Group::of("tick", ticks)));

@@ -10,7 +10,7 @@ use crate::diagram::lettering;
 use crate::diagram::place::{self, Obstacle, Request, Weight};
 use crate::diagram::room::Room;
 use crate::diagram::theme::{self, Theme, solid};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// Where names stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +47,30 @@ impl Names {
         }
     }
 
+    /// Whether a column of them is too high for the frame, and how high it is.
+    fn too_high(self, chart: &Chart) -> Option<f64> {
+        let [_, top, _, bottom] = chart.panel.frame;
+        let high = LEADING * chart.series.len() as f64;
+        (matches!(self, Self::Ends | Self::Beside) && high > bottom - top).then_some(high)
+    }
+
+    /// Refuses what leaves the page.
+    ///
+    /// # Errors
+    /// When there are more names beside the chart than have room.
+    pub(crate) fn fit(self, chart: &Chart, height: f64) -> Result<()> {
+        let [_, top, _, bottom] = chart.panel.frame;
+        match self.too_high(chart) {
+            Some(high) => {
+                let needed = libm::ceil(height + high - (bottom - top));
+                Err(Error::invalid(format!("{} names have no room beside the chart", chart.series.len()))
+                    .at_key("height_mm")
+                    .remedy(format!("give a height of {needed} mm or more, or names = \"none\"")))
+            }
+            None => Ok(()),
+        }
+    }
+
     /// The room at the right that the names take.
     ///
     /// # Errors
@@ -66,13 +90,13 @@ impl Names {
     /// # Errors
     /// When a glyph is missing.
     pub(crate) fn settled(self, chart: &Chart) -> Result<Self> {
-        let [left, top, right, bottom] = chart.panel.frame;
+        let [left, _, right, _] = chart.panel.frame;
         Ok(match self {
             Self::Auto => {
                 let at_right = chart.series.iter().all(|(series, _)| {
                     end(chart, series).is_some_and(|p| p[0] > left + 0.8 * (right - left))
                 });
-                let fits = LEADING * chart.series.len() as f64 <= bottom - top;
+                let fits = Self::Ends.too_high(chart).is_none();
                 let column = AWAY + widest(chart.series.iter().map(|(series, _)| series))?;
                 if at_right && fits && column < 0.6 * (right - left) { Self::Ends } else { Self::Legend }
             }

@@ -4,6 +4,7 @@
 use super::file::Input;
 use super::plot_data::{Cell, Table};
 use super::plot_keys::SeriesKeys;
+use crate::diagram::canvas;
 use crate::error::{Error, Result};
 use crate::scene::nearest;
 
@@ -107,6 +108,18 @@ pub(crate) fn read(
             .remedy("keep one of them"));
     }
     let labels = labels(input, index, keys, table.as_ref(), &rows)?;
+    let from = if keys.labels.is_some() { "labels" } else { "labels_column" };
+    let labelled = labels.iter().flatten().map(|label| (label, from));
+    for (text, from) in labelled.chain([(&keys.name, "name")]) {
+        // Letters that the figure file itself holds are found in it later.
+        let is_elsewhere = from == "labels_column" || text.chars().any(char::is_control);
+        let place = |error: Error| {
+            Error::invalid(format!("{} in `{}`", error.message(), text.escape_debug()))
+                .at(input.document.place(&key(from)))
+                .remedy(error.remedy_text().unwrap_or_default())
+        };
+        canvas::size(text).map_err(|error| if is_elsewhere { place(error) } else { error })?;
+    }
     if let Some(labels) = &labels
         && labels.len() != x.len()
     {
@@ -207,14 +220,24 @@ fn cells<'t>(input: &Input, key: &str, table: &'t Table, name: &str) -> Result<&
     })
 }
 
-fn numbers(input: &Input, key: &str, table: &Table, name: &str, rows: &[usize]) -> Result<Vec<Option<f64>>> {
+/// The numbers of a column in these rows, `None` where there is none.
+///
+/// # Errors
+/// With the key's line when there is no such column, or a word in it.
+pub(super) fn numbers(
+    input: &Input,
+    key: &str,
+    table: &Table,
+    name: &str,
+    rows: &[usize],
+) -> Result<Vec<Option<f64>>> {
     let cells = cells(input, key, table, name)?;
     rows.iter()
         .map(|&row| match cells.get(row) {
             Some(Cell::Number(number)) => Ok(Some(*number)),
             Some(Cell::Word(word)) => {
-                let line = table.lines.get(row).map_or(format!("row {row}"), |line| format!("line {line}"));
-                Err(Error::invalid(format!("`{word}` in the column `{name}`, {line}, is not a number"))
+                let place = table.place(row);
+                Err(Error::invalid(format!("`{word}` in the column `{name}`, {place}, is not a number"))
                     .at(input.document.place(key)))
             }
             _ => Ok(None),
