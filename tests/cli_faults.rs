@@ -215,6 +215,34 @@ fn a_signal_at_any_moment_ends_in_75_or_a_whole_picture() {
     assert!(stopped > 0);
 }
 
+/// As `nohup` has it, and a shell that starts a program in the background.
+#[test]
+fn signals_that_were_to_be_ignored_are() {
+    let (_keep, folder) = scene(600, 2000);
+    let program = env!("CARGO_BIN_EXE_groundglass");
+    for (ignored, other) in [("HUP", "-INT"), ("INT", "-TERM")] {
+        let begin = |samples: &str| {
+            let line =
+                format!("trap '' {ignored}; exec '{program}' render scene.toml --samples {samples} -o o.png");
+            let mut command = Command::new("sh");
+            command.args(["-c", &line]).current_dir(&folder).stdout(Stdio::null()).stderr(Stdio::piped());
+            command.spawn().unwrap()
+        };
+        for (samples, sent, code) in [("200", format!("-{ignored}"), 0), ("20000", other.to_owned(), 75)] {
+            let mut child = begin(samples);
+            // The shell's own masks come first.
+            while !fs::read_to_string(format!("/proc/{}/cmdline", child.id()))
+                .is_ok_and(|words| words.contains("render\0"))
+            {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            std::thread::sleep(Duration::from_millis(30));
+            signal(&child, &sent);
+            assert_eq!(child.wait().unwrap().code(), Some(code), "{ignored} is ignored, {sent} sent");
+        }
+    }
+}
+
 #[test]
 fn a_default_folder_goes_with_an_interrupted_picture() {
     let (_keep, folder) = scene(600, 100_000);

@@ -1,9 +1,14 @@
-//! INT, TERM and HUP. Work that can stop by itself runs in [`polled`] and looks at the flag; everything else
-//! ends at once. Either way the exit code is 75 and nothing half written stays: unfinished
+//! INT, TERM and HUP, but those that were to be ignored when the program began: by `nohup`, or by a shell that starts it in the
+//! background. Work that can stop by itself runs in [`polled`] and looks at the flag; everything else ends at once. Either way the exit code is 75 and nothing half written stays: unfinished
 //! files, and folders made for them, are registered here by `output` and removed.
 
 use super::report::INTERRUPTED;
 use groundglass::error::{Error, ErrorKind, Result};
+#[cfg(unix)]
+use signal_hook::{
+    consts::{SIGHUP, SIGINT, SIGTERM},
+    iterator::Signals,
+};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -16,21 +21,42 @@ fn flag() -> &'static AtomicBool {
     &FLAG
 }
 
-/// Starts to listen; called once, first.
+/// Starts to listen; called once, first. Where signals cannot be caught the system's own ending must do.
+#[cfg(unix)]
 pub(super) fn watch() {
-    // Fails only where signals cannot be caught; then the system's own ending must do.
-    let _ = ctrlc::set_handler(|| {
-        let asked_before = flag().swap(true, Ordering::SeqCst);
-        if asked_before || !POLLED.load(Ordering::SeqCst) {
-            // Held until the process ends, so that no file is begun or renamed meanwhile.
-            let unfinished = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
-            for path in unfinished.iter().rev() {
-                // A folder goes only when it is empty.
-                let _ = std::fs::remove_file(path).or_else(|_| std::fs::remove_dir(path));
-            }
-            std::process::exit(i32::from(INTERRUPTED));
+    let all = [SIGINT, SIGTERM, SIGHUP];
+    if let Ok(mut signals) = Signals::new(all.into_iter().filter(|&signal| !is_ignored(signal))) {
+        std::thread::spawn(move || signals.forever().for_each(|_| stop()));
+    }
+}
+
+/// Starts to listen; called once, first. Where signals cannot be caught the system's own ending must do.
+#[cfg(not(unix))]
+pub(super) fn watch() {
+    let _ = ctrlc::set_handler(stop);
+}
+
+/// Whether a signal is ignored, where the system says so in a file.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+        .is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
+}
+
+/// A signal has come.
+fn stop() {
+    let asked_before = flag().swap(true, Ordering::SeqCst);
+    if asked_before || !POLLED.load(Ordering::SeqCst) {
+        // Held until the process ends, so that no file is begun or renamed meanwhile.
+        let unfinished = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+        for path in unfinished.iter().rev() {
+            // A folder goes only when it is empty.
+            let _ = std::fs::remove_file(path).or_else(|_| std::fs::remove_dir(path));
         }
-    });
+        std::process::exit(i32::from(INTERRUPTED));
+    }
 }
 
 /// Runs `work`, which looks at the flag it is given: meanwhile the first signal only sets the flag, and a second
