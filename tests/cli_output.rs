@@ -50,6 +50,81 @@ fn no_output_replaces_what_was_read() {
     assert!(!names(&folder).iter().any(|name| name == "o.png" || name.ends_with(".part")));
 }
 
+/// A figure reads no texture of the scene that it draws; the scene names it all the same.
+#[test]
+fn what_a_figures_scene_names_and_what_others_made_stays() {
+    let (_keep, folder) = textured();
+    fs::write(folder.join("fig.toml"), "kind = \"side-view\"\nscene = \"scene.toml\"\n").unwrap();
+    // Nor does any verb read the maps of bumps and of materials that no face uses.
+    let library = "newmtl m\nmap_Kd k.png\nmap_bump -bm 0.5 bump.png\nnewmtl unused\nmap_Kd unused.png\n";
+    fs::write(folder.join("t.mtl"), library).unwrap();
+    for name in ["k.png", "bump.png", "unused.png"] {
+        fs::copy(folder.join("k.png"), folder.join("a copy")).unwrap();
+        fs::rename(folder.join("a copy"), folder.join(name)).unwrap();
+        for words in [&["diagram", "fig.toml"][..], &["diagram", "scene.toml"], &["render", "scene.toml"]] {
+            run(&folder, &[words, &["-o", name]].concat()).expect(2, &[name, "read as input"]);
+        }
+        run(&folder, &["new", "t.obj", "--force", "-o", name]).expect(2, &[name]);
+    }
+    for (name, words) in [
+        ("Cargo.toml", &["solve", "scene.toml", "--distance", "8", "--write", "Cargo.toml"][..]),
+        ("README.md", &["diagram", "fig.toml", "--gallery", "README.md"]),
+        ("blur.csv", &["stability", "-o", "."]),
+        ("hinge-distance.toml", &["stability", "-o", "."]),
+    ] {
+        fs::write(folder.join(name), "[package]\n").unwrap();
+        run(&folder, words).expect(2, &[name, "already"]);
+        assert_eq!(fs::read_to_string(folder.join(name)).unwrap(), "[package]\n");
+        fs::remove_file(folder.join(name)).unwrap();
+    }
+    assert_eq!(names(&folder).len(), 7, "{:?}", names(&folder));
+    // What it made itself it makes again.
+    run(&folder, &["solve", "scene.toml", "--distance", "8", "--write", "new.toml"]).expect(0, &[]);
+    run(&folder, &["solve", "scene.toml", "--distance", "9", "--write", "new.toml"]).expect(0, &[]);
+    run(&folder, &["stability", "-o", "maps"]).expect(0, &[]);
+    run(&folder, &["stability", "-o", "maps"]).expect(0, &[]);
+}
+
+#[test]
+fn names_do_not_drive_the_terminal() {
+    let (_keep, folder) = textured();
+    let name = "\u{1b}[31mred\u{7}.obj";
+    fs::copy(folder.join("t.obj"), folder.join(name)).unwrap();
+    let scene = fs::read_to_string(folder.join("scene.toml")).unwrap();
+    let scene = scene.replace("t.obj", "\\u001b[31mred\\u0007.obj");
+    fs::write(folder.join("e.toml"), scene).unwrap();
+    for words in [&["check", "e.toml"][..], &["render", "e.toml", "-o", "\u{1b}[1m.png"]] {
+        let answer = run(&folder, words);
+        assert_eq!(answer.code, 0, "{}", answer.err);
+        assert!(!answer.out.contains(['\u{1b}', '\u{7}']), "{:?}", answer.out);
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn what_is_private_is_private_while_it_is_written() {
+    use std::os::unix::fs::PermissionsExt;
+    let (_keep, folder) = textured();
+    fs::write(folder.join("o.png"), "old").unwrap();
+    fs::set_permissions(folder.join("o.png"), fs::Permissions::from_mode(0o600)).unwrap();
+    let mut child =
+        command(&folder, &["render", "scene.toml", "--width", "2000", "--samples", "64", "-o", "o.png"])
+            .spawn()
+            .unwrap();
+    let mut seen = 0;
+    while child.try_wait().unwrap().is_none() {
+        for name in names(&folder).iter().filter(|name| name.ends_with(".part")) {
+            if let Ok(found) = fs::metadata(folder.join(name)) {
+                assert_eq!(found.permissions().mode() & 0o077, 0, "{name}");
+                seen += 1;
+            }
+        }
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    assert!(seen > 0 && child.wait().unwrap().success());
+    assert_eq!(fs::metadata(folder.join("o.png")).unwrap().permissions().mode() & 0o777, 0o600);
+}
+
 #[test]
 fn one_file_for_picture_and_stats_is_wrong_usage() {
     let (_keep, folder) = textured();

@@ -51,9 +51,17 @@ fn book(files: &[PathBuf], Reading { root, .. }: Reading<'_>) -> Result<Vec<Path
     Ok(files)
 }
 
+/// How such a page begins.
+const TITLE: &str = "# The book of figures";
+
 /// Writes a page in Markdown: of each kind, in the book's order, its figures and their sources.
 pub(super) fn gallery(page: &Path, files: &[PathBuf], reading: Reading<'_>) -> Result<()> {
     let folder = output::folder(page)?;
+    if page.is_file() && !std::fs::read_to_string(page).is_ok_and(|text| text.starts_with(TITLE)) {
+        return Err(Error::invalid("there is a file of this name already, and it is no book of figures")
+            .in_file(page.display().to_string())
+            .remedy("give another name with --gallery"));
+    }
     let mut entries = Vec::new();
     let mut read = Vec::new();
     for file in &book(files, reading)? {
@@ -65,8 +73,8 @@ pub(super) fn gallery(page: &Path, files: &[PathBuf], reading: Reading<'_>) -> R
         read.extend(opened.source.paths());
     }
     entries.sort_by(|a, b| (a.0, &a.1).cmp(&(b.0, &b.1)));
-    let mut text = String::from(
-        "# The book of figures\n\n\
+    let mut text = format!(
+        "{TITLE}\n\n\
          Made by `groundglass diagram --gallery docs/gallery.md`: each figure with its whole source. A new one begins with\n`groundglass diagram --new KIND`; `groundglass schema --figures` lists every key.\n",
     );
     for (_, path, kind, source) in entries {

@@ -34,7 +34,7 @@ pub(super) struct RootArguments {
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub(super) struct MemoryArguments {
     /// Refuse what would take more memory than this, such as 2GiB; by default all that is free
-    #[arg(long, value_name = "LIMIT")]
+    #[arg(long, value_name = "LIMIT", allow_hyphen_values = true)]
     pub(super) memory: Option<Bytes>,
 }
 
@@ -161,13 +161,13 @@ impl Input {
         self.source.named(self.path.parent().unwrap_or(Path::new("")), written).ok()
     }
 
-    /// The files read so far.
+    /// The files read or found so far.
     pub(super) fn read_paths(&self) -> Vec<PathBuf> {
         self.source.paths()
     }
 }
 
-/// A source that remembers what was read from it.
+/// A source that remembers what was read from it, and what was found in it to be read.
 pub(super) struct Recorded<S> {
     inner: S,
     paths: Mutex<Vec<PathBuf>>,
@@ -195,7 +195,11 @@ impl<S> Recorded<S> {
         machine::room(self.memory.memory.map(|most| most.0), self.threads)
     }
 
-    /// The files read so far.
+    fn remember(&self, file: &Path) {
+        self.paths.lock().unwrap_or_else(PoisonError::into_inner).push(file.to_path_buf());
+    }
+
+    /// The files read or found so far.
     pub(super) fn paths(&self) -> Vec<PathBuf> {
         self.paths.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -211,11 +215,13 @@ impl Source for Recorded<Box<dyn Source>> {
     }
 
     fn asset(&self, folder: &Path, written: &str, fences: &[PathBuf]) -> Result<PathBuf> {
-        self.inner.asset(folder, written, fences)
+        let file = self.inner.asset(folder, written, fences)?;
+        self.remember(&file);
+        Ok(file)
     }
 
     fn read(&self, file: &Path, limit: u64) -> Result<Cow<'_, [u8]>> {
-        self.paths.lock().unwrap_or_else(PoisonError::into_inner).push(file.to_path_buf());
+        self.remember(file);
         self.inner.read(file, limit)
     }
 

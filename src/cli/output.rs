@@ -209,12 +209,20 @@ impl Temporary {
         let Some(name) = settled.file_name() else {
             return Err(Error::new(ErrorKind::Io, "names no file").in_file(target.display().to_string()));
         };
+        let mut options = OpenOptions::new();
+        options.write(true).create_new(true);
+        // What nobody else may read nobody else reads while it is written.
+        #[cfg(unix)]
+        if let Ok(found) = std::fs::metadata(&settled) {
+            use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
+            options.mode(found.permissions().mode());
+        }
         // Long names are cut: the system limits a name's length, and the suffix must fit.
         let stem: String = name.to_string_lossy().chars().take(32).collect();
         for _ in 0..NAMES {
             let count = COUNT.fetch_add(1, Ordering::Relaxed);
             let path = settled.with_file_name(format!(".{stem}.{}-{count}.part", std::process::id()));
-            let open = || OpenOptions::new().write(true).create_new(true).open(&path).map(Limited::new);
+            let open = || options.open(&path).map(Limited::new);
             match interrupt::register(&path, open) {
                 Ok(file) => return Ok((Self { path, target: settled, shown: target.to_path_buf() }, file)),
                 Err(error) => {

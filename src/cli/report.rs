@@ -15,11 +15,17 @@ const USAGE: u8 = 64;
 /// Stopped by INT or TERM.
 pub(super) const INTERRUPTED: u8 = 75;
 
-/// Prints `text` to standard output, all of it or as much as the reader wants.
+/// Prints lines of words to standard output, all of them or as many as the reader wants.
 ///
 /// # Errors
-/// [`ErrorKind::Io`] when it cannot be written, a closed pipe excepted.
+/// [`ErrorKind::Io`] when they cannot be written, a closed pipe excepted.
 pub(super) fn print(text: &str) -> Result<()> {
+    let words: String =
+        text.chars().map(|c| if matches!(c, '\n' | '\t') { c } else { harmless(c) }).collect();
+    write(&words)
+}
+
+fn write(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
     if !may_write(&out, text.len()) {
         return Err(full(&io::ErrorKind::FileTooLarge.into()));
@@ -43,7 +49,7 @@ pub(super) fn print_json(value: &impl serde::Serialize) -> Result<()> {
     let mut text = serde_json::to_string_pretty(value)
         .map_err(|error| Error::new(ErrorKind::Io, format!("cannot be written as JSON: {error}")))?;
     text.push('\n');
-    print(&text)
+    write(&text)
 }
 
 /// Reports an error and gives its exit code.

@@ -213,11 +213,14 @@ fn write(input: &input::Input, camera: &Camera, target: &Path) -> Result<()> {
     };
     let text = with_movements(input.scene.document.text(), camera, moved)?;
     // The scene itself may be replaced by its solution, but nothing that is no scene.
-    let is_scene = target.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
-    if target.is_file() && !is_scene && !output::is_same(target, &input.path) {
+    let is_scene = || {
+        let text = std::fs::read_to_string(target).unwrap_or_default();
+        text.lines().any(|line| line.trim_start().trim_start_matches('[').trim_start().starts_with("camera"))
+    };
+    if target.is_file() && !output::is_same(target, &input.path) && !is_scene() {
         return Err(Error::invalid("there is a file of this name already, and it is no scene")
             .in_file(target.display().to_string())
-            .remedy("give a name that ends in .toml with --write"));
+            .remedy("give another name with --write"));
     }
     let meshes: Vec<PathBuf> = input.scene.meshes.iter().filter_map(|mesh| input.find(&mesh.path)).collect();
     output::write_text(target, &meshes, &text)

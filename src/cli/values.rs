@@ -120,7 +120,15 @@ impl FromStr for Bytes {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let text = text.trim();
-        let end = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+        // An exponent belongs to the number.
+        let number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '+' | '-' | ' ');
+        let is_exponent = |at: usize| {
+            text[at..].starts_with(['e', 'E']) && text[at + 1..].starts_with(|c: char| number(c) && c != ' ')
+        };
+        let end = text
+            .char_indices()
+            .find(|&(at, c)| !number(c) && !is_exponent(at))
+            .map_or(text.len(), |(at, _)| at);
         let (number, unit) = text.split_at(end);
         let unit = match unit.to_ascii_lowercase().as_str() {
             "" | "b" => 1.0,
@@ -259,8 +267,12 @@ mod tests {
             ("1GiB", 1 << 30),
             ("1TB", 1_000_000_000_000),
             ("1TiB", 1 << 40),
+            ("1e3KB", 1_000_000),
         ] {
             assert_eq!(text.parse::<Bytes>().map(|found| found.0), Ok(bytes), "{text}");
+        }
+        for wrong in ["", "GiB", "-1", "1e", "2 parsecs", "inf", "1e3e3KB", "ä"] {
+            assert!(wrong.parse::<Bytes>().is_err(), "{wrong}");
         }
     }
 }

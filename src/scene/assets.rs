@@ -12,7 +12,6 @@ use rayon::prelude::*;
 
 use super::digest::{self, Digest};
 use super::mesh::Model;
-use super::mtl::Map;
 use super::normalize::shown;
 use super::pictures::Pictures;
 use super::reading::{Looks, Parts, Progress, Reader};
@@ -225,13 +224,17 @@ impl<'a> AssetLoader<'a> {
 
     /// The finished materials, with their textures.
     fn looks(&mut self, parts: &mut Parts, warnings: &mut Warnings) -> Result<Looks> {
+        // A source may remember what is asked for: no output is to replace what a model names, whether it is read or not.
+        for (folder, name) in parts.pictures() {
+            let _ = self.find_picture(name, folder, &parts.fences);
+        }
         let mut wanted = Vec::new();
         for written in parts.used() {
             for (map, what_for) in
                 [(&written.entry.diffuse_map, Use::Diffuse), (&written.entry.opacity_map, Use::Opacity)]
             {
                 let map = map.as_ref().filter(|_| !self.shapes_only);
-                let found = map.map(|map| self.find_picture(map, &written.folder, &parts.fences));
+                let found = map.map(|map| self.find_picture(&map.name, &written.folder, &parts.fences));
                 wanted.push((map.zip(found), what_for));
             }
         }
@@ -277,9 +280,9 @@ impl<'a> AssetLoader<'a> {
         Ok(looks)
     }
 
-    fn find_picture(&self, map: &Map, folder: &Path, fences: &[PathBuf]) -> Result<PathBuf> {
+    fn find_picture(&self, name: &str, folder: &Path, fences: &[PathBuf]) -> Result<PathBuf> {
         let mut first = None;
-        for name in readings(&map.name).filter(|name| !name.is_empty()) {
+        for name in readings(name).filter(|name| !name.is_empty()) {
             for folder in [folder, &fences[0]] {
                 match self.source.asset(folder, name, fences) {
                     Ok(path) => return Ok(path),

@@ -36,6 +36,8 @@ pub(crate) struct Entry {
     pub(crate) coverage: Option<f32>,
     pub(crate) diffuse_map: Option<Map>,
     pub(crate) opacity_map: Option<Map>,
+    /// Names of pictures of what is not drawn: bumps, gloss and the like.
+    pub(crate) unread: Vec<String>,
 }
 
 impl Entry {
@@ -108,6 +110,12 @@ impl Work<'_> {
             let _ = writeln!(self.text, "newmtl m{}", self.entries.len());
             self.entries.push(Entry { names, line: statement.line, ..Entry::default() });
             return;
+        }
+        let is_map =
+            keyword.starts_with("map_") || matches!(keyword, "bump" | "disp" | "norm" | "refl" | "decal");
+        if is_map && !matches!(keyword, "map_Kd" | "map_d") {
+            let name = statement.operands().last().map(str::to_owned);
+            self.entries.last_mut().into_iter().for_each(|entry| entry.unread.extend(name.clone()));
         }
         if !matches!(keyword, "Kd" | "Ke" | "d" | "Tr" | "map_Kd" | "map_d" | "map_Ke" | "decal") {
             return;

@@ -2,6 +2,7 @@
 //!
 //! `tobj` reads the geometry on one thread while another normalises it and goes on to the materials.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -148,6 +149,17 @@ impl Parts {
     /// The materials that faces use, in the order of first use.
     pub(crate) fn used(&self) -> impl Iterator<Item = &Written> {
         self.chosen.used.iter().filter_map(|&at| self.library.get(at))
+    }
+
+    /// Every picture that its libraries name, used or not, with the folder that it is sought from.
+    pub(crate) fn pictures(&self) -> BTreeSet<(&Path, &str)> {
+        let mut found = BTreeSet::new();
+        for Written { entry, folder, .. } in &self.library {
+            let maps = [&entry.diffuse_map, &entry.opacity_map].into_iter().flatten();
+            let names = maps.map(|map| &map.name).chain(&entry.unread);
+            found.extend(names.map(|name| (&**folder, &**name)));
+        }
+        found
     }
 
     /// The finished model, and the bytes that its geometry takes.
