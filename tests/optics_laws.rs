@@ -1,7 +1,7 @@
 //! Laws of the view camera over random cameras: untilted, tilted by 1e-12 degrees or by much, at the
 //! origin or a million metres from it.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use groundglass::camera::{Aperture, Camera, FilmSize, Standard};
 use groundglass::geometry::{HomogeneousPoint, Line, Plane};
 use groundglass::optics::{Adjust, FocusTarget, Optics, solve, upright};
@@ -256,5 +256,57 @@ proptest! {
             let length = (image(1.0) - image(-1.0)).length();
             prop_assert!((length / c - 1.0).abs() < 1e-6, "{length}");
         }
+    }
+}
+
+fn one_camera() -> Camera {
+    Camera {
+        rail: Camera::rail_frame(DVec3::new(0.0, 5.0, 4.0), DVec3::new(0.0, 4.0, 0.0), DVec3::Y).unwrap(),
+        front: Standard::default(),
+        rear: Standard { swing: Angle::degrees(7.0), ..Standard::default() },
+        extension: Length::millimetres(160.0),
+        focal_length: Length::millimetres(150.0),
+        aperture: Aperture::FNumber(FNumber::new(8.0).unwrap()),
+        film: FilmSize { width: Length::millimetres(120.0), height: Length::millimetres(96.0) },
+        near: Length::millimetres(15.0),
+    }
+}
+
+#[test]
+fn what_is_up_has_no_length_and_no_sign() {
+    let camera = one_camera();
+    let tilt = |up: DVec3| upright(&camera, up).map(|found| found.rear.tilt.as_degrees());
+    let expected = tilt(DVec3::Y).unwrap();
+    assert!(expected.abs() > 1.0);
+    for up in [DVec3::NEG_Y, DVec3::Y * 1e-320, DVec3::Y * 1e300, DVec3::Y * -7.0] {
+        assert!((tilt(up).unwrap() - expected).abs() < 1e-12, "{up}: {:?} for {expected}", tilt(up));
+    }
+    for none in [DVec3::ZERO, DVec3::NAN, DVec3::INFINITY] {
+        assert!(tilt(none).is_err(), "{none}");
+    }
+}
+
+#[test]
+fn cameras_without_film_place_or_near_distance_have_no_optics() {
+    let mut film = one_camera();
+    assert!(Optics::new(&film).is_ok());
+    for side in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        film.film.width = Length::millimetres(side);
+        assert!(Optics::new(&film).is_err(), "film of {side} mm");
+    }
+    let mut near = one_camera();
+    for distance in [-1.0, f64::NAN, f64::INFINITY] {
+        near.near = Length::millimetres(distance);
+        assert!(Optics::new(&near).is_err(), "{distance} mm");
+    }
+    let mut placed = one_camera();
+    placed.rail.origin.y = f64::NAN;
+    assert!(Optics::new(&placed).is_err());
+    let mut turned = one_camera();
+    for axes in
+        [DMat3::ZERO, DMat3::NAN, DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0)), 2.0 * DMat3::IDENTITY]
+    {
+        turned.rail.axes = axes;
+        assert!(Optics::new(&turned).is_err(), "{axes}");
     }
 }

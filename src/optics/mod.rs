@@ -32,7 +32,8 @@ pub use solve::{Adjust, FocusTarget, Limit, Nearest, Unsolvable, solve, upright}
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::geometry::{HomogeneousPoint, Line, Plane, Pose};
-use glam::DVec3;
+use crate::quantity::Length;
+use glam::{DMat3, DVec3};
 
 /// The near and far limits of depth of field.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +66,8 @@ impl Optics {
     ///
     /// # Errors
     /// [`crate::error::ErrorKind::NoSolution`] when a standard faces backwards, or the extension is not positive and
-    /// finite; [`crate::error::ErrorKind::Invalid`] when the focal length is not.
+    /// finite; [`crate::error::ErrorKind::Invalid`] when the focal length or a side of the film is not, when the near distance is not
+    /// finite or is negative, and when the rail has no place or its axes are not those of a right-handed frame.
     pub fn new(camera: &Camera) -> Result<Self> {
         let f = camera.focal_length.as_metres();
         if !(f > 0.0 && f.is_finite()) {
@@ -79,6 +81,23 @@ impl Optics {
             ))
             .at_key("camera.extension_mm")
             .remedy("give a positive extension_mm"));
+        }
+        let film = [camera.film.width, camera.film.height].map(Length::as_metres);
+        if !film.iter().all(|&side| side > 0.0 && side.is_finite()) {
+            return Err(Error::invalid("the sides of the film must be positive").at_key("camera.film_mm"));
+        }
+        let near = camera.near.as_metres();
+        if !(near >= 0.0 && near.is_finite()) {
+            return Err(Error::invalid("the near distance must not be negative").at_key("camera.near_m"));
+        }
+        let Pose { origin, axes } = camera.rail;
+        // Of what is not finite no such thing holds.
+        let is_frame =
+            (axes * axes.transpose() - DMat3::IDENTITY).to_cols_array().iter().all(|x| x.abs() < 1e-6);
+        if !(origin.is_finite() && is_frame && axes.determinant() > 0.0) {
+            return Err(Error::invalid("the rail has no place, or its axes are not a right-handed frame")
+                .at_key("camera.eye_m")
+                .remedy("make it by Camera::rail_frame"));
         }
         let front = camera.front.rotation();
         let rear = camera.rear.rotation();

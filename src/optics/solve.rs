@@ -40,7 +40,7 @@ pub enum Adjust {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Limit {
-    /// The three points lie on one line, or the plane's normal is zero.
+    /// The three points lie on one line, or the plane's normal, or what is up, is zero.
     NoPlane,
     /// The wanted plane passes through the lens centre.
     ThroughLens,
@@ -116,12 +116,16 @@ pub fn solve(camera: &Camera, target: &FocusTarget, adjust: Adjust) -> Result<Ca
 }
 
 /// The camera with its rear standard tilted so that the film is parallel to `up` (world), as for
-/// perspective correction: verticals stay parallel in the picture.
+/// perspective correction: verticals stay parallel in the picture. `up` has any length, and means the same as its opposite.
 ///
 /// # Errors
-/// [`Unsolvable`] when the film would face backwards.
+/// [`Unsolvable`] when the film would face backwards, or `up` has no direction.
 pub fn upright(camera: &Camera, up: DVec3) -> Result<Camera, Unsolvable> {
+    let Some(up) = unit(up) else {
+        return Err(fail(Limit::NoPlane, "up has no direction: it is zero, or not finite".into()));
+    };
     let u = camera.rail.vector_inverse(up);
+    let u = if u.y < 0.0 { -u } else { u };
     let (swing_sine, swing_cosine) = camera.rear.swing.sin_cos();
     // n.u = -cos t sin s u_x + sin t u_y + cos t cos s u_z = 0.
     let tilt = libm::atan2(swing_sine * u.x - swing_cosine * u.z, u.y);
