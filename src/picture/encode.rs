@@ -26,6 +26,10 @@ fn srgb_steps() -> [f32; 255] {
 }
 
 impl Exposure {
+    fn has_pixels(&self) -> Result<()> {
+        if self.pixels.is_empty() { Err(super::no_pixels(self.width, self.height)) } else { Ok(()) }
+    }
+
     /// The row `y` as 8-bit sRGB after `exposure_ev` stops: `sRGB(clamp(color * 2^ev, 0, 1))`.
     fn srgb_row(&self, y: u32, gain: f32, steps: &[f32; 255], out: &mut Vec<u8>) {
         out.clear();
@@ -47,11 +51,20 @@ impl Exposure {
         picture
     }
 
-    /// Writes a PNG.
+    /// Writes a PNG; keywords have 1 to 79 characters of Latin-1, and neither they nor texts have a NUL.
     ///
     /// # Errors
-    /// [`ErrorKind::Io`] when `out` fails.
+    /// [`ErrorKind::Invalid`] for other notes and a picture without pixels; [`ErrorKind::Io`] when `out` fails.
     pub fn write_png(&self, exposure_ev: f64, notes: Notes<'_>, out: impl Write) -> Result<()> {
+        self.has_pixels()?;
+        for (keyword, text) in notes {
+            let is_latin = keyword.chars().all(|c| u32::from(c) < 256 && c != '\0');
+            if !is_latin || !(1..80).contains(&keyword.chars().count()) || text.contains('\0') {
+                let keyword = keyword.escape_debug();
+                return Err(Error::invalid(format!("the note `{keyword}` cannot stand in a PNG"))
+                    .remedy("give a keyword of 1 to 79 characters of Latin-1, and no NUL"));
+            }
+        }
         let failed = |error: png::EncodingError| cannot_write("PNG", &error);
         let mut encoder = png::Encoder::new(out, self.width(), self.height());
         encoder.set_color(png::ColorType::Rgb);
@@ -72,11 +85,12 @@ impl Exposure {
         stream.finish().map_err(failed)
     }
 
-    /// Writes an OpenEXR picture: scan lines, ZIP, channels R G B in 32-bit float, linear, no exposure applied.
+    /// Writes an OpenEXR picture: scan lines, ZIP, channels R G B in 32-bit float, linear, no exposure applied; notes in UTF-8.
     ///
     /// # Errors
-    /// [`ErrorKind::Io`] when `out` fails.
+    /// [`ErrorKind::Invalid`] for a picture without pixels; [`ErrorKind::Io`] when `out` fails.
     pub fn write_exr(&self, notes: Notes<'_>, out: impl Write + Seek) -> Result<()> {
+        self.has_pixels()?;
         let channels = SpecificChannels::rgb(|position: Vec2<usize>| {
             let [r, g, b] = self.pixel(position.x() as u32, position.y() as u32);
             (r, g, b)
@@ -88,7 +102,9 @@ impl Exposure {
         };
         // One standard attribute: attributes of other names are written in an order that differs by run.
         let comments: Vec<_> = notes.iter().map(|(keyword, text)| format!("{keyword}: {text}")).collect();
-        let comments = Some(Text::from(comments.join("\n").as_str())).filter(|_| !notes.is_empty());
+        // The crate's own conversion has no letters beyond Latin-1.
+        let comments = Some(Text::from_slice_unchecked(comments.join("\n").as_bytes()));
+        let comments = comments.filter(|_| !notes.is_empty());
         let attributes = LayerAttributes { comments, ..LayerAttributes::default() };
         let size = (self.width() as usize, self.height() as usize);
         Image::from_layer(Layer::new(size, attributes, encoding, channels))
@@ -134,6 +150,20 @@ mod tests {
         assert_eq!(pixels, gradient().to_srgb8(1.0));
         assert_eq!(&pixels[..3], &[0, 255, 0]);
         assert_eq!(reader.info().utf8_text[0].get_text().unwrap(), "groundglass");
+    }
+
+    #[test]
+    fn notes_of_any_language_are_kept_and_wrong_ones_are_told() {
+        let mut bytes = Cursor::new(Vec::new());
+        gradient().write_exr(&[("Author", "Łukasz 中".into())], &mut bytes).unwrap();
+        assert!(String::from_utf8_lossy(bytes.get_ref()).contains("Author: Łukasz 中"));
+        for (keyword, text) in [("", "a"), ("Author\0", "a"), ("中", "a"), ("Author", "a\0b")] {
+            let error = gradient().write_png(0.0, &[(keyword, text.into())], Vec::new()).unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::Invalid, "{keyword}");
+        }
+        let long = "k".repeat(80);
+        assert!(gradient().write_png(0.0, &[(&long, String::new())], Vec::new()).is_err());
+        gradient().write_png(0.0, &[(&long[1..], String::new())], Vec::new()).unwrap();
     }
 
     #[test]

@@ -6,7 +6,8 @@ mod encode;
 pub use allocation::{Allocation, BLOCK, BlockSamples};
 pub use encode::Notes;
 
-use crate::sampling::GRID as TILE;
+use crate::error::{Error, ErrorKind, Result};
+use crate::sampling::{GRID as TILE, MAX_SIDE};
 
 /// The mean radiance of every pixel, linear, before exposure compensation.
 #[derive(Clone, Debug)]
@@ -21,6 +22,10 @@ pub struct Exposure {
     samples: Allocation,
 }
 
+fn no_pixels(width: u32, height: u32) -> Error {
+    Error::invalid(format!("a picture of {width} x {height} pixels has none")).remedy("give at least 1")
+}
+
 impl Exposure {
     pub(crate) fn new(
         (width, height): (u32, u32),
@@ -33,9 +38,24 @@ impl Exposure {
     }
 
     /// A picture made elsewhere: linear light, row by row from the top left; black where rows are missing.
-    pub fn from_rows(width: u32, height: u32, rows: &[[f32; 3]], samples: Allocation) -> Self {
+    ///
+    /// # Errors
+    /// [`ErrorKind::TooLarge`] when a side has more than [`MAX_SIDE`] pixels, or there is not so much memory;
+    /// [`ErrorKind::Invalid`] when one has none.
+    pub fn from_rows(width: u32, height: u32, rows: &[[f32; 3]], samples: Allocation) -> Result<Self> {
+        if width.min(height) == 0 {
+            return Err(no_pixels(width, height));
+        }
+        let too_large = || {
+            Error::new(ErrorKind::TooLarge, format!("a picture of {width} x {height} pixels is too large"))
+        };
+        if width.max(height) > MAX_SIDE {
+            return Err(too_large().remedy(format!("a side has at most {MAX_SIDE} pixels")));
+        }
         let whole = |side: u32| side.div_ceil(TILE) as usize * TILE as usize;
-        let mut pixels = vec![[0.0; 3]; whole(width) * whole(height)];
+        let (mut pixels, count) = (Vec::new(), whole(width) * whole(height));
+        pixels.try_reserve_exact(count).map_err(|_| too_large())?;
+        pixels.resize(count, [0.0; 3]);
         let mut exposure = Self::new((width, height), Vec::new(), Vec::new(), None, samples);
         for (row, y) in rows.chunks(width.max(1) as usize).zip(0..height) {
             for (pixel, x) in row.iter().zip(0..width) {
@@ -45,7 +65,7 @@ impl Exposure {
             }
         }
         exposure.pixels = pixels;
-        exposure
+        Ok(exposure)
     }
 
     /// The root mean square difference from another picture of the same size, over all pixels and channels, both clamped to
@@ -156,7 +176,7 @@ mod tests {
         let picture = |color: &dyn Fn(usize) -> [f32; 3]| {
             let rows: Vec<_> = (0..(width * height) as usize).map(color).collect();
             let samples = Allocation::Uniform(1);
-            Exposure::from_rows(width, height, &rows, samples)
+            Exposure::from_rows(width, height, &rows, samples).unwrap()
         };
         let change =
             |ours: [&Exposure; 2], theirs: [&Exposure; 2], ev| Exposure::rms_change(ours, theirs, ev);

@@ -2,6 +2,7 @@
 //!
 //! The way of the data, file by file; each says at its head what goes in and out:
 //!
+//! * `asked`: whether such a picture can be.
 //! * `frame`, `picture`: the camera and the vertices in the lens frame, and triangles into bins (`raster::bin`).
 //! * `pattern`, `diffraction`: the samples of a tile, in batches of 16.
 //! * `sharing`: whether samples share look-ups where a texture is smooth.
@@ -15,6 +16,7 @@
 
 mod adaptive;
 mod allocate;
+mod asked;
 mod base;
 mod border;
 mod clipped;
@@ -116,10 +118,13 @@ pub struct Counts {
 /// with any number of threads; with a time, [`replay`] with the exposure's [`samples`](Exposure::samples) gives them.
 ///
 /// # Errors
-/// [`ErrorKind::Invalid`] when the film reaches the aperture, or light would be bent to where it does, when a time is asked for and there
-/// is no clock, and when the machine lacks the SIMD level; [`ErrorKind::TooLarge`] when picture and geometry would not fit, or threads
-/// cannot be started; [`ErrorKind::Cancelled`] when stopped.
+/// [`ErrorKind::Invalid`] when the film reaches the aperture, or light would be bent to where it does, for a picture without pixels, for
+/// apertures of other than 3 to 1000 blades, for budgets that are none (no samples, more than [`MOST_SAMPLES`](crate::sampling::runs::MOST_SAMPLES), an error or a time that is not
+/// positive), when a time is asked for and there is no clock, for surfaces that [`Surfaces::check`](crate::scene::Surfaces::check) refuses, and when the machine lacks
+/// the SIMD level; [`ErrorKind::TooLarge`] when picture and geometry would not fit, a side has more than
+/// [`MAX_PICTURE_SIDE`](crate::scene::MAX_PICTURE_SIDE) pixels, or threads cannot be started; [`ErrorKind::Cancelled`] when stopped.
 pub fn render(scene: &Scene, execution: Execution<'_>) -> Result<(Exposure, Counts)> {
+    asked::check(scene)?;
     let start = execution.clock.map_or(0.0, |clock| clock());
     match scene.render.budget {
         Budget::Samples(samples) => draw(scene, Sequence::Uniform(samples), &execution, |picture, counts| {
@@ -156,6 +161,8 @@ pub fn render(scene: &Scene, execution: Execution<'_>) -> Result<(Exposure, Coun
 /// As [`render`]; [`ErrorKind::Invalid`] when the numbers are for a picture of another size, or fewer than a picture of this scene
 /// begins with.
 pub fn replay(scene: &Scene, samples: &Allocation, execution: Execution<'_>) -> Result<(Exposure, Counts)> {
+    asked::check(scene)?;
+    asked::check_allocation(samples)?;
     match samples {
         Allocation::Uniform(samples) => {
             draw(scene, Sequence::Uniform(*samples), &execution, |picture, counts| {
@@ -199,6 +206,7 @@ fn draw<T: Send>(
             .remedy("leave the SIMD level to the program"));
     }
     on_threads(execution.threads, || {
+        scene.surfaces.check()?;
         let room = Room::new(scene, sequence, execution)?;
         let mut counts = Counts::default();
         let watch = Stopwatch::start(execution.clock);

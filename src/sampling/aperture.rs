@@ -10,7 +10,7 @@ pub enum ApertureShape {
     Disk,
     /// A regular polygon with its corners on the circle.
     Polygon {
-        /// Number of corners, at least 3.
+        /// Number of corners, 3 to 1000: of fewer there is no such shape, of more no pattern of diffraction.
         blades: u32,
         /// Radians. 0: a corner at `+ey`; positive turns `+ey` toward `+ex`.
         rotation: f64,

@@ -31,6 +31,9 @@ pub struct Sample {
     pub pixel: [f32; 2],
 }
 
+/// The most pixels on a side of a picture: what numbers of 16 bits tell apart, with a sign.
+pub const MAX_SIDE: u32 = 32_767;
+
 /// Pixels on the side of the fixed grid of squares that share their lens points.
 pub const GRID: u32 = 32;
 

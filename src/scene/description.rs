@@ -11,7 +11,7 @@ use crate::sampling::ApertureShape;
 use glam::DVec3;
 
 /// The longest side of a picture in pixels: what 16-bit pixel boxes hold.
-pub const MAX_PICTURE_SIDE: u32 = 32_767;
+pub const MAX_PICTURE_SIDE: u32 = crate::sampling::MAX_SIDE;
 
 /// A validated scene. World coordinates are metres in f64.
 #[derive(Clone, Debug)]
@@ -44,7 +44,7 @@ pub struct SceneDescription {
 /// A regular polygon as aperture, its corners on the circle of the aperture's diameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blades {
-    /// Number of corners, at least 3.
+    /// Number of corners, 3 to 1000.
     pub count: u32,
     /// 0: a corner at +ey; positive turns +ey toward +ex.
     pub rotation: Angle,

@@ -48,9 +48,9 @@ pub struct Scene {
 /// Size and quality of a picture, settled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureSettings {
-    /// Pixels.
+    /// Pixels, 1 to [`MAX_PICTURE_SIDE`](super::MAX_PICTURE_SIDE).
     pub width: u32,
-    /// Pixels.
+    /// Pixels, as many at most.
     pub height: u32,
     /// When it is good enough.
     pub budget: Budget,

@@ -26,7 +26,13 @@ impl Files {
     /// [`ErrorKind::Invalid`] when `root` is missing or no folder.
     pub fn under(root: &Path) -> Result<Self> {
         let shown = root.display().to_string();
-        let found = fs::canonicalize(root).map_err(|e| explain(&e, &shown))?;
+        let found = match fs::canonicalize(root) {
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+                return Err(Error::invalid(format!("there is no folder `{shown}`"))
+                    .remedy("name the folder under which all files lie"));
+            }
+            found => found.map_err(|e| explain(&e, &shown))?,
+        };
         if !found.is_dir() {
             return Err(Error::invalid(format!("the root `{shown}` is not a folder"))
                 .remedy("name the folder under which all files lie"));

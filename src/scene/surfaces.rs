@@ -8,6 +8,7 @@ use super::patches::Patches;
 use crate::error::{Error, ErrorKind, Result, memory};
 use crate::quantity::Angle;
 use glam::{DMat3, DVec3, Vec2, Vec3};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Where a mesh stands: `world = translate + Ry(rotate_y) (scale * v)`.
@@ -38,7 +39,8 @@ pub struct Attributes {
     pub material: u32,
 }
 
-/// The triangles of a scene in world coordinates, metres.
+/// The triangles of a scene in world coordinates, metres. Loading makes whole ones; of others [`Surfaces::check`] says whether all that
+/// they name is there, without which making patches, clusters, a hierarchy or a [plan](crate::plan::RenderPlan) of them panics.
 #[derive(Clone, Debug, Default)]
 pub struct Surfaces {
     /// Vertices.
@@ -139,6 +141,34 @@ impl Surfaces {
             });
         }
         Ok(())
+    }
+
+    /// Whether every triangle has attributes, and every number in either names something that is there.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Invalid`] with the first that does not.
+    pub fn check(&self) -> Result<()> {
+        let (triangles, attributes) = (self.triangles.len(), self.attributes.len());
+        if triangles != attributes {
+            let message = format!("{triangles} triangles and {attributes} attributes");
+            return Err(Error::invalid(message).remedy("give each triangle its own"));
+        }
+        let within = |numbers: [u32; 3], count: usize| numbers.iter().all(|&i| (i as usize) < count);
+        let found = |numbers: [u32; 3], count: usize| numbers == [NONE; 3] || within(numbers, count);
+        let is_whole = |(corners, of): (&[u32; 3], &Attributes)| {
+            within(*corners, self.positions.len())
+                && found(of.normals, self.normals.len())
+                && found(of.texcoords, self.texcoords.len())
+                && (of.material as usize) < self.materials.len()
+        };
+        let all = self.triangles.par_iter().zip(&self.attributes);
+        match all.with_min_len(1 << 12).position_first(|triangle| !is_whole(triangle)) {
+            Some(at) => Err(Error::invalid(format!(
+                "triangle {at} names a vertex, normal, texture coordinate or material that is not there"
+            ))
+            .remedy("number them from 0, below the count of each; NONE three times for no normals or texture coordinates")),
+            None => Ok(()),
+        }
     }
 
     /// Finds which triangles look alike, so that samples of a pixel that see them can share shading.

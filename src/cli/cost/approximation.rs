@@ -22,7 +22,7 @@ pub(super) fn draw(scene: &mut Scene, execution: Execution<'_>) -> Result<Exposu
     let most: Vec<f32> = radii.chunks(picture.width() as usize).map(widest).collect();
     let row = |j: u32| blurred(&picture, (&radii, &most), j);
     let pixels = rows::on_threads(&execution, || rows::pixels(picture.height(), &execution, row))?;
-    Ok(Exposure::from_rows(picture.width(), picture.height(), &pixels, Allocation::clone(picture.samples())))
+    Exposure::from_rows(picture.width(), picture.height(), &pixels, Allocation::clone(picture.samples()))
 }
 
 /// Row `j` of the picture with its pixels spread over disks of these `radii`, `most` in each row.
@@ -119,7 +119,7 @@ mod tests {
         let value = |i: u32| (i.wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0;
         let pixels: Vec<[f32; 3]> =
             (0..width * height).map(|i| [value(i), value(i + 999), 40.0 * value(i)]).collect();
-        let picture = Exposure::from_rows(width, height, &pixels, Allocation::Uniform(1));
+        let picture = Exposure::from_rows(width, height, &pixels, Allocation::Uniform(1)).unwrap();
         let radii: Vec<f32> = (0..width * height).map(|i| LEAST + 7.0 * value(i + 5000)).collect();
         let most: Vec<f32> =
             radii.chunks(width as usize).map(|row| row.iter().copied().fold(0.0, f32::max)).collect();

@@ -58,9 +58,9 @@ pub(super) fn draw(study: &Study<'_>, cancel: &AtomicBool) -> Result<Vec<Crop>> 
     let crop = |(picture, name): &(Exposure, &str)| {
         let error = picture.rms_difference(truth, study.scene.render.exposure_ev);
         let error = if error > 0.0 { format!(": {}", report::rms(error)) } else { String::new() };
-        Crop { picture: enlarged(picture), name: format!("{name}{error}") }
+        Ok(Crop { picture: enlarged(picture)?, name: format!("{name}{error}") })
     };
-    Ok(pictures.iter().map(crop).collect())
+    pictures.iter().map(crop).collect()
 }
 
 /// The figure file that sets them side by side.

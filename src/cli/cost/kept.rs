@@ -143,10 +143,8 @@ fn converged(path: &Path, table: &Table) -> Option<Exposure> {
         .ok()?;
     let (_, pixels) = image.layer_data.channel_data.pixels;
     let is_whole = pixels.iter().flatten().all(|value| value.is_finite());
-    is_whole.then(|| {
-        let samples = Allocation::Uniform(table.converged_samples);
-        Exposure::from_rows(table.width, table.height, &pixels, samples)
-    })
+    let samples = Allocation::Uniform(table.converged_samples);
+    Exposure::from_rows(table.width, table.height, &pixels, samples).ok().filter(|_| is_whole)
 }
 
 /// A regular file of an earlier study, if there is one and it is no larger than `most`.

@@ -64,7 +64,7 @@ pub(super) fn draw(
         let pixel = |i: u32, j: u32| pixel(scene, &tree, filter, samples, (i, j)).as_vec3().to_array();
         rows::pixels(height, &execution, |j| (0..width).map(|i| pixel(i, j)).collect())
     })?;
-    Ok(Exposure::from_rows(width, height, &pixels, Allocation::Uniform(samples)))
+    Exposure::from_rows(width, height, &pixels, Allocation::Uniform(samples))
 }
 
 /// The mean of a pixel's samples.

@@ -1,0 +1,161 @@
+//! What may be asked for. In: a picture's settings, as any program may set them. Out: nothing, or what is wrong with them, with the key
+//! of the scene file.
+
+use crate::error::{Error, ErrorKind, Result};
+use crate::picture::Allocation;
+use crate::sampling::MAX_SIDE;
+use crate::sampling::runs::MOST_SAMPLES;
+use crate::scene::{Budget, PictureSettings, Scene};
+
+/// The most blades of an aperture, as in scene files.
+const MOST_BLADES: u32 = 1000;
+
+/// # Errors
+/// [`ErrorKind::Invalid`] for a picture without pixels, an aperture that is none, and budgets that are none; [`ErrorKind::TooLarge`] for a side of more than
+/// [`MAX_SIDE`] pixels: beyond it places of pixels have no number.
+pub(super) fn check(scene: &Scene) -> Result<()> {
+    let settings = &scene.render;
+    if scene.blades.is_some_and(|blades| !(3..=MOST_BLADES).contains(&blades.count)) {
+        return Err(Error::invalid("no such aperture can be made")
+            .at_key("camera.aperture.blades")
+            .remedy(format!("give 3 to {MOST_BLADES} blades")));
+    }
+    let PictureSettings { width, height, .. } = *settings;
+    if width.min(height) == 0 {
+        return Err(Error::invalid(format!("a picture of {width} x {height} pixels has none"))
+            .at_key("render.width")
+            .remedy("give at least 1"));
+    }
+    if width.max(height) > MAX_SIDE {
+        let message = format!("a picture of {width} x {height} pixels; a side has at most {MAX_SIDE} pixels");
+        return Err(Error::new(ErrorKind::TooLarge, message)
+            .at_key("render.width")
+            .remedy("give a smaller width"));
+    }
+    match settings.budget {
+        Budget::Samples(samples) => samples_of(samples),
+        Budget::MaxError(error) if !(error > 0.0 && error.is_finite()) => {
+            Err(Error::invalid(format!("an error of {error} cannot be reached"))
+                .at_key("render.max_error")
+                .remedy("give a positive, finite number, such as 0.004"))
+        }
+        Budget::Seconds(seconds) if seconds.is_nan() || seconds <= 0.0 => {
+            Err(Error::invalid(format!("nothing can be drawn in {seconds} s"))
+                .at_key("render.time_budget_s")
+                .remedy("give a positive number of seconds"))
+        }
+        Budget::MaxError(_) | Budget::Seconds(_) => Ok(()),
+    }
+}
+
+/// The same for the numbers of samples of a picture that is made again.
+///
+/// # Errors
+/// As [`check`].
+pub(super) fn check_allocation(samples: &Allocation) -> Result<()> {
+    match samples {
+        Allocation::Uniform(samples) => samples_of(*samples),
+        Allocation::Blocks(_) => Ok(()),
+    }
+}
+
+fn samples_of(samples: u32) -> Result<()> {
+    if (1..=MOST_SAMPLES).contains(&samples) {
+        return Ok(());
+    }
+    Err(Error::invalid(format!("{samples} samples a pixel"))
+        .at_key("render.samples")
+        .remedy(format!("give 1 to {MOST_SAMPLES}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::picture::{BlockSamples, Exposure};
+    use crate::quantity::Angle;
+    use crate::render::{Execution, render, replay};
+    use crate::scene::{Blades, LoadSettings, Memory, NONE, parse};
+    use std::path::Path;
+
+    fn scene() -> Result<Scene> {
+        let text = "[camera]\neye_m = [0.0, 0.0, 1.0]\nlook_at_m = [0.0, 0.0, 0.0]\nfocal_length_mm = 150.0\nf_number = 8.0\n\
+                    film = \"4x5\"\nextension_mm = 180.0\n[[mesh]]\npath = \"a.obj\"\n";
+        let files = Memory::new().with("a.obj", b"v -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".as_slice());
+        let settings = LoadSettings { width: Some(8), ..Default::default() };
+        parse(text, "a.toml")?.describe()?.load_with(&files, Path::new(""), settings)
+    }
+
+    /// What is said of a scene that was changed.
+    fn refused(change: impl Fn(&mut Scene)) -> Result<(ErrorKind, String)> {
+        let mut scene = scene()?;
+        change(&mut scene);
+        let clock = || 0.0;
+        let execution = Execution { clock: Some(&clock), ..Execution::default() };
+        Ok(render(&scene, execution)
+            .err()
+            .map_or((ErrorKind::Cancelled, "drawn".into()), |e| (e.kind(), e.to_string())))
+    }
+
+    #[test]
+    fn what_no_picture_can_be_is_refused_at_once() -> Result<()> {
+        let budget = |budget| move |scene: &mut Scene| scene.render.budget = budget;
+        for seconds in [f64::NAN, -5.0, 0.0] {
+            assert_eq!(refused(budget(Budget::Seconds(seconds)))?.0, ErrorKind::Invalid, "{seconds} s");
+        }
+        for error in [f64::NAN, -1.0, 0.0, f64::INFINITY] {
+            assert_eq!(
+                refused(budget(Budget::MaxError(error)))?.0,
+                ErrorKind::Invalid,
+                "an error of {error}"
+            );
+        }
+        for samples in [0, u32::MAX] {
+            assert_eq!(refused(budget(Budget::Samples(samples)))?.0, ErrorKind::Invalid, "{samples} samples");
+            let again = replay(&scene()?, &Allocation::Uniform(samples), Execution::default());
+            assert!(again.is_err(), "{samples} samples");
+        }
+        for (size, kind) in [
+            ([0, 5], ErrorKind::Invalid),
+            ([5, 0], ErrorKind::Invalid),
+            ([70_000, 2], ErrorKind::TooLarge),
+            ([u32::MAX; 2], ErrorKind::TooLarge),
+        ] {
+            let found = refused(|scene| [scene.render.width, scene.render.height] = size)?;
+            assert_eq!(found.0, kind, "{size:?}: {}", found.1);
+        }
+        for count in [0, 2, u32::MAX] {
+            let blades = Blades { count, rotation: Angle::ZERO };
+            assert_eq!(refused(|scene| scene.blades = Some(blades))?.0, ErrorKind::Invalid, "{count} blades");
+        }
+        assert_eq!(refused(|_| ())?.1, "drawn");
+        Ok(())
+    }
+
+    #[test]
+    fn surfaces_that_name_what_is_not_there_are_refused() -> Result<()> {
+        let changes: [fn(&mut Scene); 6] = [
+            |scene| scene.surfaces.triangles[0][1] = 3,
+            |scene| scene.surfaces.attributes.clear(),
+            |scene| scene.surfaces.attributes[0].material = 7,
+            |scene| scene.surfaces.attributes[0].normals = [0, 0, 0],
+            |scene| scene.surfaces.attributes[0].texcoords = [NONE, 0, NONE],
+            |scene| scene.surfaces.materials.clear(),
+        ];
+        for (number, change) in changes.into_iter().enumerate() {
+            assert_eq!(refused(change)?.0, ErrorKind::Invalid, "change {number}");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn sizes_that_no_memory_holds_are_told() {
+        for [width, height] in [[u32::MAX; 2], [u32::MAX, 1], [1_000_000; 2], [0, 4], [4, 0]] {
+            assert!(
+                Exposure::from_rows(width, height, &[], Allocation::Uniform(1)).is_err(),
+                "{width} x {height}"
+            );
+        }
+        assert!(BlockSamples::from_text(4_000_000, 4_000_000, "16: 1x16").is_err());
+        assert!(BlockSamples::from_text(0, 0, "16:").is_err());
+    }
+}
