@@ -1,5 +1,9 @@
 //! The program from outside: exit codes, where text goes, and that errors name line, key and remedy.
 
+#[path = "common/program.rs"]
+mod program;
+
+use program::heard;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
@@ -224,7 +228,9 @@ fn a_signal_ends_the_program_with_75() {
             println!("skipped: this system's pipes are larger than 64 KiB");
             return;
         }
-        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        assert!(
+            Command::new("kill").args([heard(signal), &child.id().to_string()]).status().unwrap().success()
+        );
         assert_eq!(child.wait().unwrap().code(), Some(75), "{signal}");
     }
 }

@@ -3,7 +3,7 @@
 #[path = "common/program.rs"]
 mod program;
 
-use program::{CAMERA, SMALL, command, finish, folder, names, run};
+use program::{CAMERA, SMALL, command, finish, folder, heard, names, run};
 use std::fs;
 use std::path::Path;
 
@@ -231,7 +231,7 @@ fn an_existing_picture_is_replaced_and_keeps_its_permissions() {
 #[cfg(target_os = "linux")]
 #[test]
 fn signals_while_loading_rendering_and_writing_leave_nothing() {
-    let signal = |folder: &Path, words: &[&str], wait: u64, name: &str| {
+    let signal = |folder: &Path, words: &[&str], wait: u64, name: &'static str| {
         let mut child = command(folder, words)
             .stdout(std::process::Stdio::null())
             .stderr(std::process::Stdio::null())
@@ -239,7 +239,8 @@ fn signals_while_loading_rendering_and_writing_leave_nothing() {
             .unwrap();
         std::thread::sleep(std::time::Duration::from_millis(wait));
         let begun = std::time::Instant::now();
-        let kill = std::process::Command::new("kill").args([name, &child.id().to_string()]).status().unwrap();
+        let kill =
+            std::process::Command::new("kill").args([heard(name), &child.id().to_string()]).status().unwrap();
         let code = child.wait().unwrap().code();
         assert!(kill.success() && code == Some(75), "{words:?} {name}: {code:?}");
         assert!(begun.elapsed().as_secs_f64() < 5.0, "{words:?} {name}: {:?}", begun.elapsed());

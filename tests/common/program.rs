@@ -55,6 +55,20 @@ pub fn command(folder: &Path, words: &[&str]) -> Command {
     command
 }
 
+/// The signal of this name; but TERM where INT is ignored, as by a shell that starts tests in the background: what it starts
+/// ignores INT too.
+pub fn heard(name: &'static str) -> &'static str {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
+    // INT is signal 2, HUP 1.
+    match name {
+        "-INT" if ignored & 2 != 0 => "-TERM",
+        "-HUP" if ignored & 1 != 0 => "-TERM",
+        _ => name,
+    }
+}
+
 /// Runs it to its end.
 pub fn run(folder: &Path, words: &[&str]) -> Run {
     finish(command(folder, words))
