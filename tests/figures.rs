@@ -226,7 +226,7 @@ fn what_falls_off_the_page_is_said() {
     let wide = "kind = \"side-view\"\n[camera]\neye_m = [0, 0, 0]\nlook_at_m = [0, 0, -1]\nfocal_length_mm = 30\n\
                 f_number = 8\nfilm = \"4x5\"\nextension_mm = 31\n";
     fs::write(folder.join("wide.toml"), wide).unwrap();
-    run(&folder, &["diagram", "wide.toml"]).expect(0, &["warning: wide.toml: the film's corners lie"]);
+    run(&folder, &["diagram", "wide.toml"]).expect(0, &["warning: wide.toml: a corner of the film lies"]);
     // Nothing of the kind is said of the book.
     for file in book() {
         assert_eq!(FigureFile::draw_path(&file).unwrap().warnings(), [], "{}", file.display());

@@ -283,6 +283,9 @@ fn what_is_up_has_no_length_and_no_sign() {
     }
     for none in [DVec3::ZERO, DVec3::NAN, DVec3::INFINITY] {
         assert!(tilt(none).is_err(), "{none}");
+        let plane = FocusTarget::Plane { point: DVec3::ZERO, normal: none };
+        let said = solve(&camera, &plane, Adjust::Front).unwrap_err();
+        assert_eq!(said.message.contains("not finite"), !none.is_finite(), "{none}: {said}");
     }
 }
 

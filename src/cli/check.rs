@@ -80,16 +80,22 @@ fn words(scene: &Scene, warnings: usize) -> String {
     for mesh in &scene.meshes {
         let [low, high] = mesh.bounds;
         text.push_str(&format!(
-            "{}: {} triangles, {} materials, {} textures, {} x {} x {}\n",
+            "{}: {}, {}, {}, {} x {} x {}\n",
             mesh.path,
-            mesh.triangles,
-            mesh.materials,
-            mesh.textures,
+            counted(mesh.triangles, "triangle"),
+            counted(mesh.materials, "material"),
+            counted(mesh.textures, "texture"),
             optics_words::length(high.x - low.x),
             optics_words::length(high.y - low.y),
             optics_words::length(high.z - low.z),
         ));
     }
-    text.push_str(&format!("{warnings} {}\n", if warnings == 1 { "warning" } else { "warnings" }));
+    text.push_str(&counted(warnings, "warning"));
+    text.push('\n');
     text
+}
+
+/// `1 triangle`, `2 triangles`.
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }

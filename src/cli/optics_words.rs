@@ -193,11 +193,16 @@ fn sensitivity(optics: &Optics) -> String {
         return "no sharp point in the picture is at a finite distance".to_owned();
     };
     let (name, moves) = found.largest_angle();
+    let far = length(found.far_end.length());
+    let place = if found.runs_out {
+        format!("{far} from the lens, the farthest of nine points of the picture, where it runs out of sight")
+    } else {
+        format!("its far end, {far} from the lens")
+    };
     format!(
-        "a change of {} degrees in {name} moves the plane by {} at its far end, {} from the lens; {} mm of extension by {}",
+        "a change of {} degrees in {name} moves the plane by {} at {place}; {} mm of extension by {}",
         Sensitivity::ANGLE,
         length(moves),
-        length(found.far_end.length()),
         number(Sensitivity::LENGTH * 1e3),
         length(found.extension),
     )

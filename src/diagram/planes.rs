@@ -219,7 +219,8 @@ pub(crate) fn wedge(scene: &Scene, canvas: &mut Canvas, role: Role) {
     polygon = clip_half(&polygon, |p| panel.evaluate(near, p));
     polygon = clip_half(&polygon, |p| -panel.evaluate(far, p));
     if polygon.len() < 3 || area(&polygon) < 0.01 {
-        canvas.group(Group::off_page("wedge", "beyond"));
+        let is_behind = [near, far].iter().all(|&limit| lies_behind(limit, front));
+        canvas.group(Group::off_page("wedge", if is_behind { "behind" } else { "beyond" }));
         return;
     }
     let fade = Fill::Fade {

@@ -36,7 +36,7 @@ impl Optics {
         let (angle, _) = self.coverage();
         if 2.0 * angle.to_degrees() > WIDE_DEGREES {
             list.push(format!(
-                "the film's corners lie {:.2} degrees from the lens axis: hardly any lens has such an image circle",
+                "a corner of the film lies {:.2} degrees from the lens axis: hardly any lens has such an image circle",
                 angle.to_degrees()
             ));
         }

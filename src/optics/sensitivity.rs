@@ -12,6 +12,8 @@ pub struct Sensitivity {
     /// The far end in lens space, metres: of nine film points (corners, middles of the edges, centre) the sharp object
     /// point that lies farthest from the lens.
     pub far_end: DVec3,
+    /// Between these points the plane runs out of sight: somewhere in the picture what is sharp is infinitely far away.
+    pub runs_out: bool,
     /// Metres, square to the plane, for a change of [`Sensitivity::ANGLE`]: front tilt and swing.
     pub front: [f64; 2],
     /// The same for rear tilt and swing.
@@ -48,10 +50,14 @@ impl Optics {
         }
         let film = self.camera.film;
         let (w, h) = (0.5 * film.width.as_metres(), 0.5 * film.height.as_metres());
-        let mut far_end: Option<DVec3> = None;
+        let (mut far_end, mut weights): (Option<DVec3>, [f64; 2]) =
+            (None, [f64::INFINITY, f64::NEG_INFINITY]);
         for (i, j) in (-1..=1).flat_map(|j| (-1..=1).map(move |i| (i, j))) {
             let on_film = self.film_point(f64::from(i) * w, f64::from(j) * h);
-            let object = self.object_of(HomogeneousPoint::finite(on_film)).to_affine();
+            let object = self.object_of(HomogeneousPoint::finite(on_film));
+            // An affine function of the film's point: 0 where what is sharp is at infinity.
+            weights = [weights[0].min(object.w), weights[1].max(object.w)];
+            let object = object.to_affine();
             let is_seen = object.is_finite() && self.a.dot(object) > 0.0;
             if is_seen && far_end.is_none_or(|far| object.length() > far.length()) {
                 far_end = Some(object);
@@ -76,6 +82,7 @@ impl Optics {
         let extension = Length::metres(camera.extension.as_metres() + Sensitivity::LENGTH);
         Some(Sensitivity {
             far_end,
+            runs_out: weights[0] <= 0.0 && weights[1] >= 0.0,
             front: [front_tilt?, front_swing?],
             rear: [rear_tilt?, rear_swing?],
             extension: moved(Camera { extension, ..camera })?,
@@ -86,6 +93,7 @@ impl Optics {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::optics::{Adjust, FocusTarget, solve};
 
     fn optics(tilt: f64, extension: f64) -> Optics {
         let mut camera = Camera::looking_at(DVec3::ZERO, DVec3::NEG_Z).unwrap();
@@ -114,6 +122,17 @@ mod tests {
             assert!((got / want - 1.0).abs() < 1e-3, "{got} {want}");
         }
         assert_eq!(found.largest_angle(), ("front swing", found.front[1]));
+    }
+
+    #[test]
+    fn a_plane_that_runs_to_the_horizon_is_told() {
+        assert!(!optics(0.0, 153.0).sensitivity().unwrap().runs_out);
+        assert!(!optics(1.0, 153.0).sensitivity().unwrap().runs_out);
+        // Sharp ground one metre below a level camera: the horizon is in the middle of the film.
+        let camera = *optics(0.0, 160.0).camera();
+        let ground = FocusTarget::Plane { point: DVec3::NEG_Y, normal: DVec3::Y };
+        let found = Optics::new(&solve(&camera, &ground, Adjust::Front).unwrap()).unwrap();
+        assert!(found.sensitivity().unwrap().runs_out);
     }
 
     #[test]

@@ -40,7 +40,7 @@ pub enum Adjust {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Limit {
-    /// The three points lie on one line, or the plane's normal, or what is up, is zero.
+    /// The three points lie on one line; or the plane's normal, or what is up, is zero; or they are not finite.
     NoPlane,
     /// The wanted plane passes through the lens centre.
     ThroughLens,
@@ -178,6 +178,14 @@ fn focus_at(camera: &Camera, distance: f64) -> Result<Camera, Unsolvable> {
 
 /// The wanted plane in lens space with a unit normal.
 fn wanted_plane(camera: &Camera, target: &FocusTarget) -> Result<Plane, Unsolvable> {
+    let is_finite = match target {
+        FocusTarget::Plane { point, normal } => point.is_finite() && normal.is_finite(),
+        FocusTarget::Points(points) => points.iter().all(|point| point.is_finite()),
+        FocusTarget::Distance(_) => true,
+    };
+    if !is_finite {
+        return Err(fail(Limit::NoPlane, "the wanted plane has numbers that are not finite".into()));
+    }
     let lens = camera.lens_frame().origin;
     let (point, normal, doubt) = match *target {
         FocusTarget::Plane { point, normal } => (point, unit(normal), 0.0),
@@ -317,7 +325,11 @@ fn with_film_plane(camera: &Camera, rear: Standard, e: f64) -> Result<Camera, St
     if !EXTENSIONS.contains(&extension) {
         return Err((
             Limit::Extension,
-            format!("the film would have to stand {} behind the lens along the rail", metres(extension)),
+            if extension < 0.0 {
+                format!("the film would have to stand {} before the lens along the rail", metres(-extension))
+            } else {
+                format!("the film would have to stand {} behind the lens along the rail", metres(extension))
+            },
         ));
     }
     let solved = Camera { extension: Length::metres(extension), ..moved };
@@ -330,7 +342,11 @@ fn with_film_plane(camera: &Camera, rear: Standard, e: f64) -> Result<Camera, St
 /// The solvable plane nearest to `plane` among those parallel to it.
 fn nearest_parallel(camera: &Camera, plane: Plane, adjust: Adjust) -> Option<Nearest> {
     let f = camera.focal_length.as_metres();
-    let at = |offset: f64| solve_plane(camera, Plane { e: plane.e + offset, ..plane }, adjust).ok();
+    // One that lies behind the lens, or nowhere in the picture, is of no use.
+    let is_seen = |solved: &Camera| Optics::new(solved).is_ok_and(|optics| optics.sensitivity().is_some());
+    let at = |offset: f64| {
+        solve_plane(camera, Plane { e: plane.e + offset, ..plane }, adjust).ok().filter(is_seen)
+    };
     let mut best: Option<(f64, Camera)> = None;
     for side in [1.0, -1.0] {
         // A ladder of offsets finds the first that can be had; halving then finds where it begins.

@@ -8,6 +8,7 @@ use crate::diagram::Figure;
 use crate::diagram::extent;
 use crate::diagram::facts;
 use crate::diagram::rays;
+use crate::diagram::words;
 use crate::error::{Error, Result};
 use crate::optics::{Adjust, FocusTarget, Optics, solve};
 use crate::quantity::Angle;
@@ -31,18 +32,23 @@ const NARROW: f64 = 110.0;
 /// Draws the figure that a file describes.
 pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let stage = Stage::read(input, |width| if width < NARROW { 1.6 * width } else { 0.55 * width }, &SHOWN)?;
-    let lens = &stage.subject.optics;
-    let world = lens.world_from_lens().plane(lens.focus_plane()).normalized();
+    let own = &stage.subject.optics;
+    let world = own.world_from_lens().plane(own.focus_plane()).normalized();
     if world.is_at_infinity() {
         return Err(Error::invalid("the focus plane is at infinity: no film tilt is asked for")
             .at_key("camera")
             .remedy("focus nearer: a larger extension_mm"));
     }
-    let own = *lens.camera();
+    let own = *own.camera();
     let level = |standard: Standard| Standard { tilt: Angle::ZERO, swing: Angle::ZERO, ..standard };
     let start = Camera { front: level(own.front), rear: level(own.rear), ..own };
     let target = FocusTarget::Plane { point: world.m * -world.e, normal: world.m };
-    let film = Optics::new(&solve(&start, &target, Adjust::Rear).map_err(Error::from)?)?;
+    let is_straight = |standard: Standard| standard.tilt == Angle::ZERO && standard.swing == Angle::ZERO;
+    let solved = |adjust| Optics::new(&solve(&start, &target, adjust).map_err(Error::from)?);
+    // Of a camera whose film is turned the lens is turned instead.
+    let is_of_film = is_straight(own.front) && !is_straight(own.rear);
+    let turned_lens = if is_of_film { solved(Adjust::Front)? } else { stage.subject.optics.clone() };
+    let (lens, film) = (&turned_lens, solved(Adjust::Rear)?);
 
     let mut bounds = None;
     for optics in [lens, &film] {
@@ -56,13 +62,12 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let turned = |optics: &Optics| {
         let camera = optics.camera();
         let mut settings = facts::moved(camera, ["front", "rear"]);
-        settings.push(format!("extension {:.1} mm", camera.extension.as_millimetres()));
+        settings.push(format!("extension {}", words::extension(camera.extension)));
         settings.join(", ")
     };
     let upright = stage.page.size[0] < NARROW;
     let [first, second] = if upright { ["Above", "Below"] } else { ["Left", "Right"] };
     // Both turned alike are parallel too, and there one of them does not do.
-    let is_straight = |standard: Standard| standard.tilt == Angle::ZERO && standard.swing == Angle::ZERO;
     let is_parallel = lens.hinge_distance().is_none() && is_straight(own.front) && is_straight(own.rear);
     let sentences = if is_parallel {
         vec![

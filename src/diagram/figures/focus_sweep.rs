@@ -63,21 +63,31 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let told = |millimetres: f64| words::extension(Length::millimetres(millimetres));
     let rule = match scene.optics.hinge_distance() {
         Some(j) => format!(
-            "As the extension goes from {} to {} the focus plane turns about the hinge line, *J* = {} from the lens: \
+            "As the extension {} the focus plane turns about the hinge line, *J* = {} from the lens: \
              film and lens keep their directions.{}",
-            told(extensions.iter().copied().fold(f64::INFINITY, f64::min)),
-            told(extensions.iter().copied().fold(0.0, f64::max)),
+            {
+                let [from, to] = [
+                    extensions.iter().copied().fold(f64::INFINITY, f64::min),
+                    extensions.iter().copied().fold(0.0, f64::max),
+                ];
+                if from < to {
+                    format!("goes from {} to {}", told(from), told(to))
+                } else {
+                    "changes".to_owned()
+                }
+            },
             length(j),
             stage::slanted(&scene)
         ),
         None => {
             let distances = all.iter().zip(&extensions).map(|(optics, &extension)| {
                 let plane = optics.focus_plane();
-                let at = stage::on_axis(&scene, plane, f64::INFINITY);
-                let at = match at {
-                    Some(p) => length(libm::hypot(p[0], p[1])),
-                    None if plane.is_at_infinity() => "∞".to_owned(),
-                    None => "none ahead".to_owned(),
+                // Along the axis itself, whether the section holds it or not.
+                let along = -plane.e / plane.m.dot(optics.axis());
+                let at = match plane.is_at_infinity() {
+                    true => "∞".to_owned(),
+                    false if along > 0.0 => length(along),
+                    false => "none ahead".to_owned(),
                 };
                 format!("{}: {at}", told(extension))
             });

@@ -65,7 +65,7 @@ fn rows([x, y]: [&Cells; 2], [xs, ys]: [&[f64]; 2], table: &Table) -> Result<Vec
     let complete = |(line, &v): (Vec<Option<usize>>, &f64)| {
         let cell = |(cell, u): (Option<usize>, &f64)| {
             cell.ok_or_else(|| {
-                Error::invalid(format!("no row has x = {u}, y = {v}, and {missing} cells of the grid have none"))
+                Error::invalid(format!("no row has x = {u}, y = {v}, and {missing} of the grid's cells have none"))
                     .remedy("give a row for each cell, with an empty value where there is none; numbers that differ by rounding are different")
             })
         };

@@ -27,13 +27,19 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let circle = stage.subject.circle;
     let bounds = stage::around_limits(&scene, scene.depth.as_slice())?;
     let extension = -optics.film_plane().e / optics.focal_length();
+    let untilted = optics.untilted_limits(circle);
     let sentences = [
         format!(
-            "What is sharp to *c* = {}: the exact contour; the wedge, exact for one diameter of the blur; Merklinger's limits, \
-             {}, since they take the film to stand at *f*; and the formula without movements, whose \
-             planes are square to the axis.",
+            "What is sharp to *c* = {}: the exact contour; the wedge, exact for one diameter of the blur; {}Merklinger's limits, \
+             {}, since they take the film to stand at *f*{}.",
             length(circle),
-            wider(extension)
+            if untilted.is_some() { "" } else { "and " },
+            wider(extension),
+            if untilted.is_some() {
+                "; and the formula without movements, whose planes are square to the axis"
+            } else {
+                ""
+            },
         ),
         stage::camera_sentence(&scene),
     ];

@@ -87,11 +87,17 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let cameras = [Optics::new(&pitched)?, Optics::new(&risen)?];
     let edges = [converge(&cameras[0], &front), converge(&cameras[1], &front)];
     let sentences = [
-        format!(
-            "Left, the camera looks {way} by {}°: on its film the upright edges converge by {}°.",
-            short(pitch.abs()),
-            short(edges[0])
-        ),
+        match edges[0] {
+            Some(angle) => format!(
+                "Left, the camera looks {way} by {}°: on its film the upright edges converge by {}°.",
+                short(pitch.abs()),
+                short(angle)
+            ),
+            None => format!(
+                "Left, the camera looks {way} by {}°: part of the front lies behind it.",
+                short(pitch.abs())
+            ),
+        },
         format!(
             "Right, it stays level and the lens {} by {}: the edges stay parallel.",
             if pitch < 0.0 { "falls" } else { "rises" },
@@ -145,10 +151,10 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         if !corners.iter().all(|p| p.is_some_and(|p| p.iter().all(|x| x.abs() <= 1.0))) {
             sheet.push(Group::off_page("some-of-front", "beyond"));
         }
-        let words = if edges[i] < 0.005 {
-            "on the film: parallel".to_owned()
-        } else {
-            format!("on the film: {}°", short(edges[i]))
+        let words = match edges[i] {
+            Some(angle) if angle < 0.005 => "on the film: parallel".to_owned(),
+            Some(angle) => format!("on the film: {}°", short(angle)),
+            None => "on the film: a part".to_owned(),
         };
         let item =
             sheet.caption("caption", lettering::runs(&words), [left, bottom - STRIP + 3.4], theme::LETTER)?;
@@ -182,18 +188,16 @@ fn seen(optics: &Optics, front: &Front, u: f64, v: f64) -> Option<Point> {
     (clip.w > 0.0).then(|| [clip.x / clip.w, clip.y / clip.w])
 }
 
-/// The angle between the upright edges on the film, degrees.
-fn converge(optics: &Optics, front: &Front) -> f64 {
+/// The angle between the upright edges on the film, degrees; none where a corner of the front lies behind the camera.
+fn converge(optics: &Optics, front: &Front) -> Option<f64> {
     let film = optics.camera().film;
     let way = |u: f64| {
-        let (Some(a), Some(b)) = (seen(optics, front, u, 0.0), seen(optics, front, u, 1.0)) else {
-            return 0.0;
-        };
-        libm::atan2((b[0] - a[0]) * film.width.as_metres(), (b[1] - a[1]) * film.height.as_metres())
+        let (a, b) = (seen(optics, front, u, 0.0)?, seen(optics, front, u, 1.0)?);
+        Some(libm::atan2((b[0] - a[0]) * film.width.as_metres(), (b[1] - a[1]) * film.height.as_metres()))
     };
-    let angle = (way(0.0) - way(1.0)).to_degrees().abs();
+    let angle = (way(0.0)? - way(1.0)?).to_degrees().abs();
     // What rounding leaves of a right angle is none.
-    if angle < 1e-9 { 0.0 } else { angle }
+    Some(if angle < 1e-9 { 0.0 } else { angle })
 }
 
 /// The film as the picture shows it, upright, with the front's edges, storeys and columns on it.

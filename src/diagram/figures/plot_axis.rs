@@ -223,7 +223,7 @@ fn step(low: f64, high: f64, room: f64) -> f64 {
 }
 
 /// So many digits tell any two numbers apart that an axis tells apart.
-const MOST_DECIMALS: i32 = 15;
+const MOST_DECIMALS: i32 = 18;
 
 /// How ticks are written: all alike.
 fn labels(values: &[f64], scale: Scale) -> Vec<String> {

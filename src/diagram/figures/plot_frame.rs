@@ -42,8 +42,8 @@ pub(super) fn labels(axis: &Axis, ticks: &[Tick], is_level: bool) -> Result<Vec<
     Ok(found)
 }
 
-/// A level axis that leaves room for the labels at its ends, its ticks, and how far labels reach beyond it. `ends` gives the axis's ends on the page by how far labels
-/// reach beyond them; `room` is what a label takes.
+/// A level axis that leaves room for the labels at its ends, its ticks, and how far labels reach beyond it. `ends` gives its ends on
+/// the page by how far that is; `room` is what a label takes.
 ///
 /// # Errors
 /// When a glyph is missing.

@@ -14,7 +14,7 @@ use crate::diagram::planes::{self, Style, along};
 use crate::diagram::rays;
 use crate::diagram::section::{Section, SectionPlane};
 use crate::diagram::theme;
-use crate::diagram::words::length;
+use crate::diagram::words::{self, length};
 use crate::error::{Error, Result};
 use crate::geometry::Plane;
 use crate::optics::{Adjust, FocusTarget, Limit, Optics, Unsolvable, solve};
@@ -60,22 +60,22 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let found = if moved.is_empty() { "no movement".to_owned() } else { moved.join(", ") };
     let upright = stage.page.size[0] < NARROW;
     let [first, second] = if upright { ["Above", "Below"] } else { ["Left", "Right"] };
-    let mut sentences = vec![format!(
-        "{first}, the wanted plane is sharp with {found}, extension {}.",
-        length(camera.extension.as_metres())
-    )];
     let failing = match &keys.impossible {
         Some(table) => Some(failing(camera, table)?),
         None => None,
     };
+    let plane =
+        if failing.is_some() { format!("{first}, the wanted plane") } else { "The wanted plane".to_owned() };
+    let mut sentences =
+        vec![format!("{plane} is sharp with {found}, extension {}.", words::extension(camera.extension))];
     if let Some((_, stopped, nearest)) = &failing {
         let why = stopped.message.replace("(J < f)", "(*J* < *f*)");
         let sentence = match nearest {
             Some((_, miss)) => format!(
-                "{second}, a plane that cannot be had: {why}. The nearest parallel plane that can lies {} beside it.",
+                "{second}, a plane that no turn of the lens makes sharp: {why}. The nearest parallel plane that can be had lies {} beside it.",
                 length(*miss)
             ),
-            None => format!("{second}, a plane that cannot be had: {why}."),
+            None => format!("{second}, a plane that no turn of the lens makes sharp: {why}."),
         };
         sentences.push(sentence);
     }
@@ -112,8 +112,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             let style = Style::plain(theme::solid(scene.theme.focus.line, theme::MEDIUM));
             let ends = planes::trace(&scene, &mut canvas, "nearest-plane", optics.focus_plane(), style, None);
             if let Some((a, b)) = ends {
-                let words = "nearest plane|that can be had";
-                let label = Label::new(words, scene.theme.focus.word, along(a, b));
+                let label = Label::new("nearest plane|that can be had", scene.theme.focus.word, along(a, b));
                 canvas.label(label.beside((a, b), 0.75));
             }
         }

@@ -314,10 +314,11 @@ pub(crate) fn shows_angles(scene: &Scene) -> bool {
 /// What is to be said beside a distance of the hinge line that cannot be measured in the section.
 pub(crate) fn slanted(scene: &Scene) -> &'static str {
     let hinge = scene.optics.hinge_line();
-    if hinge.is_at_infinity() || whereabouts::is_square(&scene.section, hinge) {
-        ""
-    } else {
-        " (This section is not square to the hinge line, and cuts it farther off.)"
+    match scene.section.pierce(hinge) {
+        Pierce::At(_) if whereabouts::is_square(&scene.section, hinge) => "",
+        Pierce::At(_) => " (This section is not square to the hinge line, and cuts it farther off.)",
+        Pierce::Parallel => " (The hinge line runs beside this section, parallel to it.)",
+        Pierce::AtInfinity | Pierce::Within(..) => "",
     }
 }
 

@@ -67,7 +67,14 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         let sine = optics.hinge_distance().map_or(0.0, |j| optics.focal_length() / j);
         (sine - libm::sin(tilt.to_radians()).abs()).abs() < 1e-9
     };
-    let rule = if tilts.iter().zip(&all).all(is_tilt) {
+    // Without what the sweep changes.
+    let own = scene.optics.camera();
+    let still = Optics::new(&Camera { front: Standard { tilt: Angle::ZERO, ..own.front }, ..*own })?;
+    let sizes = || tilts.iter().map(|tilt| tilt.abs());
+    let differ = sizes().fold(0.0, f64::max) > sizes().fold(f64::INFINITY, f64::min);
+    let rear = own.rear;
+    let is_lens_alone = rear.tilt == Angle::ZERO && rear.swing == Angle::ZERO;
+    let rule = if is_lens_alone && differ && tilts.iter().zip(&all).all(is_tilt) {
         "The more the lens is tilted, the nearer the hinge line, *J* = *f* / sin θ"
     } else {
         "The hinge line's distance where lens and film stand at the angle θ, *J* = *f* / sin θ, by the tilt of the lens"
@@ -81,7 +88,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
                 .find(|note| !note.is_empty())
                 .unwrap_or("")
         ),
-        stage::camera_sentence(&scene),
+        stage::camera_sentence(&stage.scene_of(&still)),
     ];
     stage::single(&stage, scene, bounds, "Tilting", &sentences, |scene, canvas| {
         let hidden = stage::without(&["focus-plane"], &stage.hide);

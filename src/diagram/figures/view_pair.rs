@@ -55,10 +55,13 @@ const SHOWN: [&str; 14] = [
     "wedge",
 ];
 
+/// Below this width (mm) the section stands under the picture.
+const NARROW: f64 = 110.0;
+
 /// Draws the figure that a file describes.
 pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let stage =
-        Stage::read(input, |width| if width < 110.0 { 1.9 * width } else { 0.45 * width + 12.0 }, &SHOWN)?;
+        Stage::read(input, |width| if width < NARROW { 1.9 * width } else { 0.45 * width + 12.0 }, &SHOWN)?;
     let keys: Keys = input.keys()?;
     let (bytes, _) = input.read("picture", &keys.picture)?;
     let picture = Picture::read(&bytes).map_err(|why| {
@@ -84,20 +87,31 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let meets = ground.e.is_finite() && !is_ground;
     let line = meets.then(|| Line::meet(focus, ground)).filter(|line| !line.is_at_infinity());
     let is_shown = line.is_some_and(|line| shown(&scene, line, [0.0, 0.0, shape, 1.0]).is_some());
-    let sentences = [
-        match line {
-            Some(_) if is_shown => "Solid in the picture: where the focus plane meets the ground. Dashed: the plane of the section beside it.",
-            Some(_) => "The focus plane meets the ground outside of the picture. Dashed in it: the plane of the section beside it.",
-            None if is_ground => "The focus plane is the ground. Dashed in the picture: the plane of the section beside it.",
-            None if ground.e.is_finite() => "The focus plane does not meet the ground. Dashed in the picture: the plane of the section beside it.",
-            None => "Dashed in the picture: the plane of the section beside it.",
-        }
-        .to_owned(),
-        stage::camera_sentence(&scene),
-    ];
+    let meeting = match line {
+        Some(_) if is_shown => "Solid in the picture: where the focus plane meets the ground.",
+        Some(_) => "The focus plane meets the ground outside of the picture.",
+        None if is_ground => "The focus plane is the ground.",
+        None if ground.e.is_finite() => "The focus plane does not meet the ground.",
+        None => "",
+    };
+    let is_stacked = stage.page.size[0] < NARROW;
+    let dashed = section_line(&scene, [0.0, 0.0, shape, 1.0]).map_or(String::new(), |_| {
+        let where_in = match line {
+            Some(_) if is_shown => "",
+            Some(_) => " in it",
+            None => " in the picture",
+        };
+        let place = if is_stacked { "below" } else { "beside" };
+        format!(" Dashed{where_in}: the plane of the section {place} it.")
+    });
+    let told = format!("{meeting}{dashed}").trim_start().to_owned();
+    let mut sentences = vec![stage::camera_sentence(&scene)];
+    if !told.is_empty() {
+        sentences.insert(0, told);
+    }
     let (mut sheet, frame) = stage::begin(&stage, &sentences)?;
     let [left, top, right, bottom] = frame;
-    let (view, main) = if stage.page.size[0] < 110.0 {
+    let (view, main) = if is_stacked {
         // No more than the picture takes that is as wide as the page.
         let full = (right - left) / shape + STRIP + 1.0;
         let split = top + full.min(0.58 * (bottom + STRIP - top));
@@ -137,6 +151,16 @@ fn is_same(a: Plane, b: Plane) -> bool {
     a.m.cross(b.m).length() < 1e-9 && (a.e - side * b.e).abs() < 1e-9 * (1.0 + a.e.abs())
 }
 
+/// The section passes through the lens, so in a picture with these bounds it is a straight line: through two of its points ahead.
+fn section_line(scene: &Scene, bounds: [f64; 4]) -> Option<(Point, Point)> {
+    let panel = Panel { frame: bounds, scale: 1.0, origin: [bounds[0], bounds[1]] };
+    let (world, ahead) = (scene.optics.world_from_lens(), scene.section.u);
+    let [a, b] = [0.3, -0.3].map(|t| seen(scene, bounds, world.point(ahead + scene.section.v * t)));
+    let (a, b) = (a?, b?);
+    let far = |p: Point, q: Point| [p[0] + 50.0 * (p[0] - q[0]), p[1] + 50.0 * (p[1] - q[1])];
+    panel.clip_segment(far(a, b), far(b, a))
+}
+
 /// Lines in the picture: it does not turn with the page, so neither do they (these are colours of no theme).
 const LIGHT: Color = Color::hex(0xFB_FB_FB);
 const DARK: Color = Color::hex(0x0B_0B_0B);
@@ -147,22 +171,14 @@ fn marked(scene: &Scene, raster: Raster, line: Option<Line>) -> Group {
     let bounds = raster.bounds;
     let panel = Panel { frame: bounds, scale: 1.0, origin: [bounds[0], bounds[1]] };
     let (middle, half) = halves(bounds);
-    let seen = |p: DVec3| seen(scene, bounds, p);
     let matrix = [half[0], 0.0, 0.0, -half[1], middle[0], middle[1]].map(exact).join(" ");
     let mut items = vec![Item::Raster(raster)];
-    let world = scene.optics.world_from_lens();
-    // The section passes through the lens, so in the picture it is a straight line: through two of its points ahead.
-    let ahead = scene.section.u;
-    let points = [0.3, -0.3].map(|t| seen(world.point(ahead + scene.section.v * t)));
-    if let [Some(a), Some(b)] = points {
-        let far = |p: Point, q: Point| [p[0] + 50.0 * (p[0] - q[0]), p[1] + 50.0 * (p[1] - q[1])];
-        if let Some((a, b)) = panel.clip_segment(far(a, b), far(b, a)) {
-            // Light under dark, so that it shows on any ground.
-            let under = solid(LIGHT, 0.5);
-            let over = broken(DARK, theme::MEDIUM, theme::DASHED);
-            let shapes = [Shape::line(a, b, under), Shape::line(a, b, over)];
-            items.push(Item::Group(Group::of("section-line", shapes.into_iter().map(Item::Shape).collect())));
-        }
+    if let Some((a, b)) = section_line(scene, bounds) {
+        // Light under dark, so that it shows on any ground.
+        let under = solid(LIGHT, 0.5);
+        let over = broken(DARK, theme::MEDIUM, theme::DASHED);
+        let shapes = [Shape::line(a, b, under), Shape::line(a, b, over)];
+        items.push(Item::Group(Group::of("section-line", shapes.into_iter().map(Item::Shape).collect())));
     }
     if let Some((a, b)) = line.and_then(|line| shown(scene, line, bounds)) {
         let shapes = [Shape::line(a, b, solid(LIGHT, 1.0)), Shape::line(a, b, solid(theme.focus.line, 0.6))];
