@@ -39,7 +39,10 @@ const ROUNDS: usize = 8;
 /// A flat triangle's surface.
 struct Flat {
     material: u32,
+    /// By which it is lit, of its vertices if they have one: it need not be square to the triangle.
     normal: DVec3,
+    /// Square to the triangle.
+    face: DVec3,
     corners: [DVec3; 3],
     texture: Option<Texture>,
 }
@@ -162,7 +165,7 @@ impl Flat {
             }
             _ => None,
         };
-        Some(Self { material: attributes.material, normal, corners, texture })
+        Some(Self { material: attributes.material, normal, face, corners, texture })
     }
 
     fn area(&self) -> f64 {
@@ -218,7 +221,7 @@ impl Flat {
                     let off = own.uv[0][c] + own.gradient[c].dot(step) - texture.uv[corner][c];
                     // Whole turns of the texture do not show.
                     let off = (off - (off + 0.5).floor()).abs();
-                    let plane = self.normal.dot(step).abs() * own.gradient[c].length();
+                    let plane = self.face.dot(step).abs() * own.gradient[c].length();
                     (off + plane) * own.size[c] <= TOLERANCE
                 })
             }),
@@ -280,6 +283,21 @@ mod tests {
             position.y += 1e-3;
         }
         assert_eq!(Patches::new(&surfaces, false).reference.len(), 2);
+    }
+
+    /// Its normals say that it is level, and its texture lies as on the floor, seen from above.
+    #[test]
+    fn a_ramp_is_no_part_of_the_floor_whatever_its_normals_say() {
+        let mut surfaces = floor(false);
+        for position in surfaces.positions.iter_mut().filter(|position| position.z > 0.59) {
+            position.y -= 0.02 * (position.z - 0.6);
+        }
+        let parts = Patches::new(&surfaces, false).reference.len();
+        surfaces.normals.push(DVec3::Y.as_vec3());
+        surfaces.attributes.iter_mut().for_each(|attributes| attributes.normals = [0; 3]);
+        let patches = Patches::new(&surfaces, false);
+        assert_ne!(patches.of[39], patches.of[0]);
+        assert_eq!((parts, patches.reference.len()), (2, 2));
     }
 
     #[test]
