@@ -4,7 +4,7 @@
 //! [`super::progressive`]. The sky changes so little in a pixel that the fewest samples are enough for it, however many all others
 //! begin with. (A table top far away, 320 pixels wide, of which nine tenths are sky, took 1.8 times the samples of a perfect
 //! allocation. That of the error of 64 samples took 3.2 times as many while the sky began with 16, lamps at night 8.8 times.) Where light
-//! is weighed over the lens the sky errs as all else does ([`super::weights`]), and counts as covered.
+//! is weighed over the lens, or the sky changes over it, the sky errs as all else does ([`super::weights`]), and counts as covered.
 
 use super::kept::Blocks;
 use super::picture::Picture;
@@ -23,7 +23,7 @@ pub(super) struct Covered {
 
 impl Covered {
     pub(super) fn new(picture: &Picture<'_>) -> Self {
-        let all = picture.has_weights();
+        let all = picture.has_weights() || picture.has_sky_over_lens();
         let of_tile = |tile| {
             let place = picture.place(tile);
             if all { within(picture.size_of(place)) } else { picture.bins.squares(place, BLOCK) as Blocks }

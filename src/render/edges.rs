@@ -20,6 +20,7 @@ use super::picture::Picture;
 use super::resolve::{ByBlock, Sum};
 use super::shown::Shown;
 use super::weights::missed_by_weights;
+use crate::picture::BLOCK;
 use crate::simd::at_level;
 
 /// The constant for an edge through a lens; and through a pinhole, where it adds up over the two or three rows that count.
@@ -36,7 +37,7 @@ pub(super) struct Contrasts {
     /// Block by block the sum of their squared contrasts, more where lights are brighter than white: of edges along rows and columns, and
     /// of those along diagonals.
     squared: [ByBlock<f64>; 2],
-    /// Block by block the squared light that is weighed, times the variance of the weights.
+    /// Block by block the squared light that is weighed, times the variance of the weights; and what the sky varies by.
     weighed: ByBlock<f64>,
     /// Some are.
     pub are_bright: bool,
@@ -91,7 +92,16 @@ impl Picture<'_> {
             }
         });
         let variance = if self.has_weights() { self.variance_of(tile) } else { 0.0 };
-        let of_light = |block| if variance > 0.0 { variance * shown.light(block) } else { 0.0 };
+        let sky = if self.has_sky_over_lens() { self.sky_variance_of(tile) } else { 0.0 };
+        let surfaces = if sky > 0.0 { self.bins.squares(tile, BLOCK) as Blocks } else { 0 };
+        let of_light = |block| {
+            let weighed = if variance > 0.0 { variance * shown.light(block) } else { 0.0 };
+            if sky > 0.0 && !is_covered(surfaces, block) {
+                weighed + sky * shown.pixels(block)
+            } else {
+                weighed
+            }
+        };
         // Of an edge along the border of two blocks half is seen in either, and the sky errs nothing.
         Contrasts {
             squared: contrasts.map(|contrasts| moved_to_covered(covered, contrasts)),

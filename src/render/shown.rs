@@ -214,6 +214,12 @@ impl Shown {
         lights.filter(|&&light| light < 1.0).map(|&light| f64::from(light) * f64::from(light)).sum()
     }
 
+    /// The pixels of a block.
+    pub(super) fn pixels(&self, block: usize) -> f64 {
+        let [first, ends] = self.corners(block);
+        [0, 1].map(|axis: usize| ends[axis].saturating_sub(first[axis]) as f64).iter().product()
+    }
+
     /// How much more edges of a block may hide, by the lights near it.
     fn times_white(&self, block: u32) -> f64 {
         let around = |at: u32| at.saturating_sub(1)..=(at + 1).min(BLOCKS - 1);

@@ -11,7 +11,7 @@ use super::samples::{Places, Samples, Sums};
 use crate::raster::LANES;
 use crate::raster::group::Group;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16};
-use glam::Vec4;
+use glam::{DVec3, Vec4};
 
 impl Shader<'_> {
     /// `max(0, up.d)` at these places.
@@ -26,6 +26,22 @@ impl Shader<'_> {
     #[inline(always)]
     fn sky_at(&self, rise: f32, count: f32) -> Vec4 {
         (self.horizon * count + (self.zenith - self.horizon) * rise).extend(0.0)
+    }
+}
+
+impl Shader<'_> {
+    /// The variance of the sky's light among rays through a ring of the lens that halves its area, all channels together; at the horizon,
+    /// where some of the lens sees the same everywhere, that which it has above.
+    pub(crate) fn sky_variance(&self, ring: [DVec3; 4]) -> f64 {
+        let up = self.up.as_dvec3();
+        let rises = ring.map(|ray| up.dot(ray) / ray.length());
+        let mean = rises.iter().sum::<f64>() / 4.0;
+        let squares = rises.map(|rise| (rise - mean) * (rise - mean));
+        // The rim lies so much farther from the middle.
+        let reach = 2.0 * squares.iter().copied().fold(0.0, f64::max);
+        let is_dull = mean < 0.0 && mean * mean >= reach;
+        let climb = f64::from((self.zenith - self.horizon).length_squared());
+        if is_dull { 0.0 } else { climb * squares.iter().sum::<f64>() / 4.0 }
     }
 }
 
