@@ -159,14 +159,14 @@ fn check_panel(panel: &Panel, camera: &Camera, circle: f64, what: &str) {
     }
 }
 
-/// The camera whose film is turned until the plane is sharp that is so with the lens turned.
-fn turned_film(camera: &Camera) -> Camera {
+/// The camera whose film, or lens (`Adjust::Front`), alone is turned until the plane is sharp that this camera has sharp.
+fn turned(camera: &Camera, adjust: Adjust) -> Camera {
     let own = Optics::new(camera).unwrap();
     let plane = own.world_from_lens().plane(own.focus_plane()).normalized();
     let level = |s: Standard| Standard { tilt: Angle::ZERO, swing: Angle::ZERO, ..s };
     let start = Camera { front: level(camera.front), rear: level(camera.rear), ..*camera };
     let target = FocusTarget::Plane { point: plane.m * -plane.e, normal: plane.m };
-    solve(&start, &target, Adjust::Rear).unwrap()
+    solve(&start, &target, adjust).unwrap()
 }
 
 /// Whether the line through two page points passes a third, to 0.02 mm, and the rounding of the two carried on.
@@ -264,11 +264,20 @@ fn check(kind: &str, camera: &Camera, what: &str) -> bool {
     for panel in &panels {
         match panel.name.as_str() {
             // The same plane of the world, made sharp by another camera that stands in the same place.
-            "film-tilt" => {
-                check_panel(panel, &turned_film(camera), circle, what);
+            "film-tilt" | "lens-tilt" => {
+                let is_straight = |s: Standard| s.tilt == Angle::ZERO && s.swing == Angle::ZERO;
+                let drawn = match panel.name.as_str() {
+                    "film-tilt" => turned(camera, Adjust::Rear),
+                    // A camera whose film is turned has its lens turned instead.
+                    _ if is_straight(camera.front) && !is_straight(camera.rear) => {
+                        turned(camera, Adjust::Front)
+                    }
+                    _ => *camera,
+                };
+                check_panel(panel, &drawn, circle, what);
                 for p in panel.all("focus-plane").iter().flat_map(|part| part.segments.iter().flatten()) {
                     let off = off(panel, &own, own.focus_plane(), *p);
-                    assert!(off.abs() < 0.02, "{what}: the film's focus plane is {off} mm off");
+                    assert!(off.abs() < 0.02, "{what}, {}: the focus plane is {off} mm off", panel.name);
                 }
             }
             "film" => {

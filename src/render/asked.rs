@@ -10,9 +10,11 @@ use crate::scene::{Budget, PictureSettings, Scene};
 /// The most blades of an aperture, as in scene files.
 const MOST_BLADES: u32 = 1000;
 
+/// Whether such a picture can be.
+///
 /// # Errors
-/// [`ErrorKind::Invalid`] for a picture without pixels, an aperture that is none, and budgets that are none; [`ErrorKind::TooLarge`] for a side of more than
-/// [`MAX_SIDE`] pixels: beyond it places of pixels have no number.
+/// [`ErrorKind::Invalid`] for a picture without pixels, an aperture that is none, and budgets that are none; [`ErrorKind::TooLarge`]
+/// for a side of more than [`MAX_SIDE`] pixels: beyond it places of pixels have no number.
 pub(super) fn check(scene: &Scene) -> Result<()> {
     let settings = &scene.render;
     if scene.blades.is_some_and(|blades| !(3..=MOST_BLADES).contains(&blades.count)) {

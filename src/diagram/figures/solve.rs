@@ -72,10 +72,10 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         let why = stopped.message.replace("(J < f)", "(*J* < *f*)");
         let sentence = match nearest {
             Some((_, miss)) => format!(
-                "{second}, a plane that no turn of the lens makes sharp: {why}. The nearest parallel plane that can be had lies {} beside it.",
+                "{second}, no turn of the lens does it: {why}. The nearest parallel plane that can lies {} beside it.",
                 length(*miss)
             ),
-            None => format!("{second}, a plane that no turn of the lens makes sharp: {why}."),
+            None => format!("{second}, no turn of the lens does it: {why}."),
         };
         sentences.push(sentence);
     }
