@@ -81,6 +81,16 @@ fn the_stated_error_is_the_true_one_and_a_target_is_reached() {
     assert!(misses <= 2, "{misses} of 40 beyond the error that was asked for");
 }
 
+/// The errors of pictures of so many seeds that stop at a target, as parts of it.
+fn errors(seeds: u64, target: f64, scene: impl Fn(u64) -> Scene, truth: &Exposure) -> Vec<f64> {
+    let error = |seed| {
+        let mut scene = scene(seed);
+        scene.render.budget = Budget::MaxError(target);
+        gap(&draw(&scene), truth) / target
+    };
+    (0..seeds).map(error).collect()
+}
+
 #[test]
 fn edges_along_rows_or_diagonals_of_pixels_do_not_end_a_picture_too_early() {
     // All pixels along such an edge err alike, and where the halves of the samples agree by chance they seem to be right.
@@ -109,13 +119,7 @@ fn edges_along_rows_or_diagonals_of_pixels_do_not_end_a_picture_too_early() {
     ] {
         let truth = draw(&scene(99, stretch, f_number, is_turned));
         for target in targets {
-            let errors: Vec<f64> = (0..10)
-                .map(|seed| {
-                    let mut scene = scene(seed, stretch, f_number, is_turned);
-                    scene.render.budget = Budget::MaxError(target);
-                    gap(&draw(&scene), &truth) / target
-                })
-                .collect();
+            let errors = errors(10, target, |seed| scene(seed, stretch, f_number, is_turned), &truth);
             println!("{target}: {errors:.2?} of the error that was asked for");
             let over = errors.iter().filter(|&&error| error > 1.0).count();
             assert!(over <= 1 && errors.iter().all(|&error| error <= 1.2), "{target}: {errors:?}");
@@ -547,13 +551,7 @@ fn a_sky_seen_through_a_wide_lens_close_up_does_not_end_a_picture_too_early() {
         scene
     };
     let (truth, target) = (draw(&view(99)), 0.0004);
-    let errors: Vec<f64> = (0..12)
-        .map(|seed| {
-            let mut scene = view(seed);
-            scene.render.budget = Budget::MaxError(target);
-            gap(&draw(&scene), &truth) / target
-        })
-        .collect();
+    let errors = errors(12, target, view, &truth);
     println!("{errors:.2?} of the error that was asked for");
     let over = errors.iter().filter(|&&error| error > 1.0).count();
     assert!(over <= 1 && errors.iter().all(|&error| error <= 1.2), "{errors:?}");

@@ -120,15 +120,8 @@ impl FromStr for Bytes {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let text = text.trim();
-        // An exponent belongs to the number.
-        let number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '+' | '-' | ' ');
-        let is_exponent = |at: usize| {
-            text[at..].starts_with(['e', 'E']) && text[at + 1..].starts_with(|c: char| number(c) && c != ' ')
-        };
-        let end = text
-            .char_indices()
-            .find(|&(at, c)| !number(c) && !is_exponent(at))
-            .map_or(text.len(), |(at, _)| at);
+        // From the end: an exponent belongs to the number.
+        let end = text.trim_end_matches(|c: char| c.is_ascii_alphabetic()).len();
         let (number, unit) = text.split_at(end);
         let unit = match unit.to_ascii_lowercase().as_str() {
             "" | "b" => 1.0,

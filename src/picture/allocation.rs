@@ -1,7 +1,6 @@
 //! How many samples each part of a picture had: enough to make the picture again.
 
-use crate::error::{Error, ErrorKind, Result};
-use crate::sampling::MAX_SIDE;
+use crate::error::{Error, Result};
 use crate::sampling::runs::{self, Run};
 
 /// Pixels on the side of a block, the unit in which samples are given out.
@@ -92,21 +91,14 @@ impl BlockSamples {
     /// From such text.
     ///
     /// # Errors
-    /// [`ErrorKind::Invalid`] for other text, other numbers of blocks, and numbers of samples that no run leads to;
-    /// [`ErrorKind::TooLarge`] when a side has more than [`MAX_SIDE`] pixels.
+    /// [`crate::error::ErrorKind::Invalid`] for other text, other numbers of blocks, numbers of samples that no run leads to, and a picture without
+    /// pixels; [`crate::error::ErrorKind::TooLarge`] when a side has more than [`MAX_SIDE`](crate::sampling::MAX_SIDE) pixels.
     pub fn from_text(width: u32, height: u32, text: &str) -> Result<Self> {
         let wrong = || Error::invalid("is neither a number of samples nor begins with one and a colon");
         let (base, text) = text.split_once(':').ok_or_else(wrong)?;
         let base =
             base.trim().parse().ok().filter(|&base: &u32| base.is_power_of_two() && runs::is_reached(base));
-        if width.min(height) == 0 {
-            return Err(super::no_pixels(width, height));
-        }
-        if width.max(height) > MAX_SIDE {
-            let message =
-                format!("is for a picture of {width} x {height} pixels, and a side has at most {MAX_SIDE}");
-            return Err(Error::new(ErrorKind::TooLarge, message));
-        }
+        super::check_size(width, height)?;
         let mut found = Self::new(width, height, base.ok_or_else(wrong)?);
         let wanted = found.samples.len();
         found.samples.clear();

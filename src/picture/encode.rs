@@ -26,10 +26,6 @@ fn srgb_steps() -> [f32; 255] {
 }
 
 impl Exposure {
-    fn has_pixels(&self) -> Result<()> {
-        if self.pixels.is_empty() { Err(super::no_pixels(self.width, self.height)) } else { Ok(()) }
-    }
-
     /// The row `y` as 8-bit sRGB after `exposure_ev` stops: `sRGB(clamp(color * 2^ev, 0, 1))`.
     fn srgb_row(&self, y: u32, gain: f32, steps: &[f32; 255], out: &mut Vec<u8>) {
         out.clear();
@@ -54,9 +50,8 @@ impl Exposure {
     /// Writes a PNG; keywords have 1 to 79 characters of Latin-1, and neither they nor texts have a NUL.
     ///
     /// # Errors
-    /// [`ErrorKind::Invalid`] for other notes and a picture without pixels; [`ErrorKind::Io`] when `out` fails.
+    /// [`ErrorKind::Invalid`] for other notes; [`ErrorKind::Io`] when `out` fails.
     pub fn write_png(&self, exposure_ev: f64, notes: Notes<'_>, out: impl Write) -> Result<()> {
-        self.has_pixels()?;
         for (keyword, text) in notes {
             let is_latin = keyword.chars().all(|c| u32::from(c) < 256 && c != '\0');
             if !is_latin || !(1..80).contains(&keyword.chars().count()) || text.contains('\0') {
@@ -88,9 +83,8 @@ impl Exposure {
     /// Writes an OpenEXR picture: scan lines, ZIP, channels R G B in 32-bit float, linear, no exposure applied; notes in UTF-8.
     ///
     /// # Errors
-    /// [`ErrorKind::Invalid`] for a picture without pixels; [`ErrorKind::Io`] when `out` fails.
+    /// [`ErrorKind::Io`] when `out` fails.
     pub fn write_exr(&self, notes: Notes<'_>, out: impl Write + Seek) -> Result<()> {
-        self.has_pixels()?;
         let channels = SpecificChannels::rgb(|position: Vec2<usize>| {
             let [r, g, b] = self.pixel(position.x() as u32, position.y() as u32);
             (r, g, b)

@@ -22,8 +22,21 @@ pub struct Exposure {
     samples: Allocation,
 }
 
-fn no_pixels(width: u32, height: u32) -> Error {
-    Error::invalid(format!("a picture of {width} x {height} pixels has none")).remedy("give at least 1")
+/// Whether a picture can have this size.
+///
+/// # Errors
+/// [`ErrorKind::Invalid`] when it has no pixels; [`ErrorKind::TooLarge`] when a side has more than [`MAX_SIDE`]: beyond it places of pixels
+/// have no number.
+pub(crate) fn check_size(width: u32, height: u32) -> Result<()> {
+    if width.min(height) == 0 {
+        let message = format!("a picture of {width} x {height} pixels has none");
+        return Err(Error::invalid(message).remedy("give at least 1"));
+    }
+    if width.max(height) > MAX_SIDE {
+        let message = format!("a picture of {width} x {height} pixels; a side has at most {MAX_SIDE} pixels");
+        return Err(Error::new(ErrorKind::TooLarge, message).remedy("give a smaller width"));
+    }
+    Ok(())
 }
 
 impl Exposure {
@@ -43,15 +56,10 @@ impl Exposure {
     /// [`ErrorKind::TooLarge`] when a side has more than [`MAX_SIDE`] pixels, or there is not so much memory;
     /// [`ErrorKind::Invalid`] when one has none.
     pub fn from_rows(width: u32, height: u32, rows: &[[f32; 3]], samples: Allocation) -> Result<Self> {
-        if width.min(height) == 0 {
-            return Err(no_pixels(width, height));
-        }
+        check_size(width, height)?;
         let too_large = || {
             Error::new(ErrorKind::TooLarge, format!("a picture of {width} x {height} pixels is too large"))
         };
-        if width.max(height) > MAX_SIDE {
-            return Err(too_large().remedy(format!("a side has at most {MAX_SIDE} pixels")));
-        }
         let whole = |side: u32| side.div_ceil(TILE) as usize * TILE as usize;
         let (mut pixels, count) = (Vec::new(), whole(width) * whole(height));
         pixels.try_reserve_exact(count).map_err(|_| too_large())?;

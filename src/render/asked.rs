@@ -1,11 +1,10 @@
 //! What may be asked for. In: a picture's settings, as any program may set them. Out: nothing, or what is wrong with them, with the key
 //! of the scene file.
 
-use crate::error::{Error, ErrorKind, Result};
-use crate::picture::Allocation;
-use crate::sampling::MAX_SIDE;
+use crate::error::{Error, Result};
+use crate::picture::{Allocation, check_size};
 use crate::sampling::runs::MOST_SAMPLES;
-use crate::scene::{Budget, PictureSettings, Scene};
+use crate::scene::{Budget, Scene};
 
 /// The most blades of an aperture, as in scene files.
 const MOST_BLADES: u32 = 1000;
@@ -13,8 +12,7 @@ const MOST_BLADES: u32 = 1000;
 /// Whether such a picture can be.
 ///
 /// # Errors
-/// [`ErrorKind::Invalid`] for a picture without pixels, an aperture that is none, and budgets that are none; [`ErrorKind::TooLarge`]
-/// for a side of more than [`MAX_SIDE`] pixels: beyond it places of pixels have no number.
+/// Those of [`check_size`]; [`Invalid`](crate::error::ErrorKind::Invalid) for an aperture or a budget that is none.
 pub(super) fn check(scene: &Scene) -> Result<()> {
     let settings = &scene.render;
     if scene.blades.is_some_and(|blades| !(3..=MOST_BLADES).contains(&blades.count)) {
@@ -22,18 +20,7 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
             .at_key("camera.aperture.blades")
             .remedy(format!("give 3 to {MOST_BLADES} blades")));
     }
-    let PictureSettings { width, height, .. } = *settings;
-    if width.min(height) == 0 {
-        return Err(Error::invalid(format!("a picture of {width} x {height} pixels has none"))
-            .at_key("render.width")
-            .remedy("give at least 1"));
-    }
-    if width.max(height) > MAX_SIDE {
-        let message = format!("a picture of {width} x {height} pixels; a side has at most {MAX_SIDE} pixels");
-        return Err(Error::new(ErrorKind::TooLarge, message)
-            .at_key("render.width")
-            .remedy("give a smaller width"));
-    }
+    check_size(settings.width, settings.height).map_err(|error| error.at_key("render.width"))?;
     match settings.budget {
         Budget::Samples(samples) => samples_of(samples),
         Budget::MaxError(error) if !(error > 0.0 && error.is_finite()) => {
@@ -73,6 +60,7 @@ fn samples_of(samples: u32) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::ErrorKind;
     use crate::picture::{BlockSamples, Exposure};
     use crate::quantity::Angle;
     use crate::render::{Execution, render, replay};

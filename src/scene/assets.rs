@@ -4,7 +4,7 @@
 //! textures of those materials that faces use, then build the triangles. Models and textures are kept, so a file that
 //! several meshes name is read once; several models are read side by side.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -224,17 +224,19 @@ impl<'a> AssetLoader<'a> {
 
     /// The finished materials, with their textures.
     fn looks(&mut self, parts: &mut Parts, warnings: &mut Warnings) -> Result<Looks> {
-        // A source may remember what is asked for: no output is to replace what a model names, whether it is read or not.
-        for (folder, name) in parts.pictures() {
-            let _ = self.find_picture(name, folder, &parts.fences);
-        }
+        // All of them: a source may remember what is asked for, so that no output replaces what a model names, whether it is read or not.
+        let found: BTreeMap<_, _> = parts
+            .pictures()
+            .into_iter()
+            .map(|(folder, name)| ((folder, name), self.find_picture(name, folder, &parts.fences)))
+            .collect();
         let mut wanted = Vec::new();
         for written in parts.used() {
             for (map, what_for) in
                 [(&written.entry.diffuse_map, Use::Diffuse), (&written.entry.opacity_map, Use::Opacity)]
             {
                 let map = map.as_ref().filter(|_| !self.shapes_only);
-                let found = map.map(|map| self.find_picture(&map.name, &written.folder, &parts.fences));
+                let found = map.and_then(|map| found.get(&(&*written.folder, &*map.name)));
                 wanted.push((map.zip(found), what_for));
             }
         }

@@ -115,7 +115,9 @@ impl Work<'_> {
             keyword.starts_with("map_") || matches!(keyword, "bump" | "disp" | "norm" | "refl" | "decal");
         if is_map && !matches!(keyword, "map_Kd" | "map_d") {
             let name = statement.operands().last().map(str::to_owned);
-            self.entries.last_mut().into_iter().for_each(|entry| entry.unread.extend(name.clone()));
+            if let Some(entry) = self.entries.last_mut() {
+                entry.unread.extend(name);
+            }
         }
         if !matches!(keyword, "Kd" | "Ke" | "d" | "Tr" | "map_Kd" | "map_d" | "map_Ke" | "decal") {
             return;

@@ -61,20 +61,16 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     }
     let bounds = stage::around_sweep(&scene, &points)?;
     let told = |millimetres: f64| words::extension(Length::millimetres(millimetres));
+    let from = extensions.iter().copied().fold(f64::INFINITY, f64::min);
+    let to = extensions.iter().copied().fold(0.0, f64::max);
     let rule = match scene.optics.hinge_distance() {
         Some(j) => format!(
             "As the extension {} the focus plane turns about the hinge line, *J* = {} from the lens: \
              film and lens keep their directions.{}",
-            {
-                let [from, to] = [
-                    extensions.iter().copied().fold(f64::INFINITY, f64::min),
-                    extensions.iter().copied().fold(0.0, f64::max),
-                ];
-                if from < to {
-                    format!("goes from {} to {}", told(from), told(to))
-                } else {
-                    "changes".to_owned()
-                }
+            if from < to {
+                format!("goes from {} to {}", told(from), told(to))
+            } else {
+                "changes".to_owned()
             },
             length(j),
             stage::slanted(&scene)
