@@ -29,12 +29,23 @@ pub(crate) struct Triangles<'a> {
     pub vertices: &'a [[u32; 3]],
     /// The surface that a triangle is part of, and whether samples may pass through it.
     pub surface: &'a (dyn Fn(u32) -> (u32, bool) + Sync),
+    /// The quad that a triangle is half of, if it is; only where quads are drawn as such.
+    pub quad: Option<&'a (dyn Fn(u32) -> Option<Quad> + Sync)>,
     /// Those that come one after another, so many to a cluster, or none.
     pub clusters: &'a [Cluster],
     pub cluster_size: usize,
 }
 
-/// A triangle that may be seen, with all that tiles ask of it: they come by in the order of depth, so each place more that
+/// Two triangles of a surface that together are a convex plane quadrilateral.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Quad {
+    /// Its corners in turn, as numbers of vertices.
+    pub corners: [u32; 4],
+    /// Whether it is drawn where this half comes, or the other.
+    pub is_first: bool,
+}
+
+/// A triangle that may be seen, or a quad, with all that tiles ask of it: they come by in the order of depth, so each place more that
 /// they would have to look at is one that memory has to bring. Half a line of the cache, never in two.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(32))]
@@ -43,31 +54,38 @@ pub(crate) struct Candidate {
     pub triangle: u32,
     /// The depth of its nearest corner; 0 behind the lens.
     pub nearest: f32,
-    /// Its corners, as numbers of vertices.
+    /// Its corners, as numbers of vertices, of a quad three.
     pub vertices: [u32; 3],
-    /// Its surface, and above that [`Candidate::INSIDE`] and [`Candidate::CUTOUT`].
+    /// Its surface, and above that [`Candidate::INSIDE`], [`Candidate::CUTOUT`] and [`Candidate::QUAD`].
     surface: u32,
     /// The pixels that it can reach from the first cell of the lens.
     pixels: PixelBox,
 }
 
 /// Numbers of surfaces are less than this.
-pub(crate) const MOST_SURFACES: usize = 1 << 30;
+pub(crate) const MOST_SURFACES: usize = 1 << 29;
 
 impl Candidate {
     const INSIDE: u32 = 1 << 31;
     const CUTOUT: u32 = 1 << 30;
+    const QUAD: u32 = 1 << 29;
 
     /// The surface that it is part of. Which surface is seen is all that is told of a sample.
     #[inline(always)]
     pub(crate) fn surface(&self) -> u32 {
-        self.surface & !(Self::INSIDE | Self::CUTOUT)
+        self.surface & !(Self::INSIDE | Self::CUTOUT | Self::QUAD)
     }
 
     /// Whether all of its corners lie in the frustum.
     #[inline(always)]
     pub(crate) fn is_inside(&self) -> bool {
         self.surface & Self::INSIDE != 0
+    }
+
+    /// Whether it has a fourth corner: see [`Bins`].
+    #[inline(always)]
+    pub(crate) fn is_quad(&self) -> bool {
+        self.surface & Self::QUAD != 0
     }
 
     /// Whether samples may pass through it.
@@ -90,6 +108,8 @@ pub(super) struct Brief {
 /// The candidates, and which of them may touch which tile.
 pub(crate) struct Bins {
     candidates: Vec<Candidate>,
+    /// The fourth corners of quads, candidate by candidate; empty where there are none.
+    fourths: Vec<u32>,
     /// For each candidate and cell the pixels that it can reach; empty where there is one cell.
     boxes: Vec<PixelBox>,
     cells: usize,
@@ -116,6 +136,23 @@ impl Bins {
         triangles: &Triangles<'_>,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Self {
+        let bins = Self::of(simd, view, cells, positions, triangles, stop);
+        if bins.fourths.is_empty() || !bins.are_loose() {
+            return bins;
+        }
+        // What is far out of focus is drawn by triangles.
+        drop(bins);
+        Self::of(simd, view, cells, positions, &Triangles { quad: None, ..*triangles }, stop)
+    }
+
+    fn of(
+        simd: Level,
+        view: &View,
+        cells: &[LensCell],
+        positions: &[DVec3],
+        triangles: &Triangles<'_>,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Self {
         let counts = (triangles.vertices.len(), positions.len());
         let seen = Seen::new(view, triangles.clusters, triangles.cluster_size, counts);
         let boxes = Boxes::new(simd, view, cells, positions, (triangles.vertices, &seen), stop);
@@ -131,25 +168,49 @@ impl Bins {
                 found.candidates.reserve(count);
                 found.tiles.reserve(count);
                 let mut each = vec![PixelBox::EMPTY; cells.len()];
+                let depth = |vertex: u32| positions[vertex as usize].z;
+                // What leaves the frustum, comes near or lets samples through is drawn by triangles.
+                let is_whole = |quad: &Quad| {
+                    let near = view.near * NEAR;
+                    boxes.are_inside(&quad.corners) && quad.corners.iter().all(|&v| depth(v) > near)
+                };
                 for t in ranges.iter().cloned().flatten() {
-                    let (triangle, vertices) = (t as u32, triangles.vertices[t]);
-                    for (cell, pixels) in each.iter_mut().enumerate() {
-                        *pixels = boxes.of(triangle, vertices, cell);
+                    let (triangle, mut vertices) = (t as u32, triangles.vertices[t]);
+                    let (surface, is_cutout) = (triangles.surface)(triangle);
+                    let quad = triangles.quad.filter(|_| !is_cutout).and_then(|quad| quad(triangle));
+                    let quad = quad.filter(is_whole);
+                    let mut nearest = f64::INFINITY;
+                    match quad {
+                        Some(quad) if !quad.is_first => continue,
+                        Some(Quad { corners: [a, b, c, d], .. }) => {
+                            vertices = [a, b, c];
+                            nearest = depth(d);
+                            for (cell, pixels) in each.iter_mut().enumerate() {
+                                *pixels = boxes.around(&[a, b, c, d], cell);
+                            }
+                        }
+                        None => {
+                            for (cell, pixels) in each.iter_mut().enumerate() {
+                                *pixels = boxes.of(triangle, vertices, cell);
+                            }
+                        }
                     }
                     let all = each.iter().copied().fold(PixelBox::EMPTY, PixelBox::union);
                     let Some(tiles) = tiles(view, all) else { continue };
-                    let [a, b, c] = vertices.map(|v| positions[v as usize].z);
-                    let key = key(a.min(b).min(c));
-                    let (surface, is_cutout) = (triangles.surface)(triangle);
-                    let inside = if boxes.are_inside(vertices) { Candidate::INSIDE } else { 0 };
+                    let [a, b, c] = vertices.map(depth);
+                    let key = key(a.min(b).min(c).min(nearest));
+                    let inside = if boxes.are_inside(&vertices) { Candidate::INSIDE } else { 0 };
                     let cutout = if is_cutout { Candidate::CUTOUT } else { 0 };
                     found.candidates.push(Candidate {
                         triangle,
                         nearest: f32::from_bits(key),
                         vertices,
-                        surface: surface | inside | cutout,
+                        surface: surface | inside | cutout | if quad.is_some() { Candidate::QUAD } else { 0 },
                         pixels: each[0],
                     });
+                    if triangles.quad.is_some() {
+                        found.fourths.push(quad.map_or(vertices[2], |quad| quad.corners[3]));
+                    }
                     if each.len() > 1 {
                         found.boxes.extend_from_slice(&each);
                     }
@@ -171,6 +232,7 @@ impl Bins {
         let (together, order) = rayon::join(
             || Found {
                 candidates: concat(&found, |found| &found.candidates, stop),
+                fourths: concat(&found, |found| &found.fourths, stop),
                 boxes: concat(&found, |found| &found.boxes, stop),
                 tiles: concat(&found, |found| &found.tiles, stop),
             },
@@ -179,7 +241,7 @@ impl Bins {
         drop(found);
         // What is stopped on the way is not of one length.
         let (together, order) = if stop() { (Found::default(), Vec::new()) } else { (together, order) };
-        let Found { candidates, boxes, tiles } = together;
+        let Found { candidates, fourths, boxes, tiles } = together;
         let mut tiles: Vec<Tiles> = order.par_iter().map(|&place| tiles[place as usize]).collect();
         let corners = |place: u32| {
             let candidate = &candidates[place as usize];
@@ -193,7 +255,8 @@ impl Bins {
             Brief { number, triangle, surface, nearest: candidate.nearest }
         };
         let briefs = if loose.count > 0 { order.par_iter().map(brief).collect() } else { Vec::new() };
-        Self { candidates, boxes, order, briefs, loose, cells: cells.len(), lists, tiles_x, tiles_y }
+        let cells = cells.len();
+        Self { candidates, fourths, boxes, order, briefs, loose, cells, lists, tiles_x, tiles_y }
     }
 
     /// How many entries the lists have, and loose triangles there are.
@@ -293,6 +356,11 @@ impl Bins {
         for at in first..out.count {
             out.candidates[at] = self.candidates[out.numbers[at] as usize];
         }
+        if !self.fourths.is_empty() {
+            for at in first..out.count {
+                out.fourths[at] = self.fourths[out.numbers[at] as usize];
+            }
+        }
         out.boxes.truncate(first * self.cells);
         if self.cells == 1 {
             out.boxes.extend(out.candidates[first..out.count].iter().map(|candidate| candidate.pixels));
@@ -317,13 +385,17 @@ impl Bins {
     }
 }
 
+/// What is farther than so many times the nearest that is drawn is so wherever single precision puts it.
+const NEAR: f64 = 1.0 + 2e-6;
+
 /// Entries that the search for a loose triangle takes as long as.
 const LOOSE_ENTRIES: usize = 8;
 
-/// What one task finds: candidates, their boxes and the tiles that they touch.
+/// What one task finds: candidates, their fourth corners, their boxes and the tiles that they touch.
 #[derive(Default)]
 struct Found {
     candidates: Vec<Candidate>,
+    fourths: Vec<u32>,
     boxes: Vec<PixelBox>,
     tiles: Vec<Tiles>,
 }

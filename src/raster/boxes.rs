@@ -70,8 +70,13 @@ impl<'a> Boxes<'a> {
         boxes[0].union(boxes[1]).union(boxes[2])
     }
 
+    /// The pixels that what has these corners, all of them in the frustum, can reach from the lens points of `cell`.
+    pub(super) fn around(&self, corners: &[u32], cell: usize) -> PixelBox {
+        corners.iter().fold(PixelBox::EMPTY, |sum, &corner| sum.union(self.vertex(corner, cell)))
+    }
+
     /// Whether these vertices all lie in the frustum.
-    pub(super) fn are_inside(&self, corners: [u32; 3]) -> bool {
+    pub(super) fn are_inside(&self, corners: &[u32]) -> bool {
         corners.iter().all(|&v| self.vertex(v, 0) != PixelBox::OUTSIDE)
     }
 
@@ -94,7 +99,7 @@ impl<'a> Boxes<'a> {
                 let mut each = Vec::new();
                 for t in ranges.iter().cloned().flatten() {
                     let corners = triangles[t];
-                    if self.are_inside(corners) {
+                    if self.are_inside(&corners) {
                         continue;
                     }
                     let clipped = frustum.clip(corners.map(|v| positions[v as usize]));

@@ -60,12 +60,13 @@ pub(crate) struct Hit {
 pub(crate) type Opaque<'a> = dyn Fn(&Visit, &mut [Hit]) + 'a;
 
 /// A triangle's functions for 16 lens points: each the value at the left top block, and its change with `x`
-/// and `y` in pixels. Inside where `a`, `b` and `c` are not negative; `z` is `1/t`.
+/// and `y` in pixels. Inside where `a`, `b` and `c` are not negative, of a quad `d` neither; `z` is `1/t`.
 #[derive(Clone, Copy)]
 pub(super) struct Functions<S: Simd> {
     pub a: [f32x16<S>; 3],
     pub b: [f32x16<S>; 3],
     pub c: [f32x16<S>; 3],
+    pub d: [f32x16<S>; 3],
     pub z: [f32x16<S>; 3],
     /// Lanes that are in use and do not see the triangle edge-on.
     pub live: mask32x16<S>,
@@ -171,7 +172,8 @@ fn cover_one<S: Simd, const LOOSE: bool>(
     let mut boxes = None;
     if is(block.imaged) && (x1 - x0 + 1) * (y1 - y0 + 1) > FEW {
         // Where each lens point sees the triangle: tighter than any box that was made beforehand.
-        let found = scatter::ranges(simd, &block.corners, lane, batch, size, blocks);
+        let corners = (&block.corners, is(block.quads).then_some(&block.fourth));
+        let found = scatter::ranges(simd, corners, lane, batch, size, blocks);
         let mut some = found.some();
         if LOOSE {
             some &= mask32x16::from_bitmask(simd, u64::from(points));
@@ -197,20 +199,32 @@ fn cover_one<S: Simd, const LOOSE: bool>(
     let z = at_lens(simd, &block.facing, lane, batch, one / distance);
     let side = live.select(one.copysign(distance), zero);
     let edges = &block.edges;
-    let functions = Functions {
+    let mut functions = Functions {
         a: at_lens(simd, &edges[0], lane, batch, side),
         b: at_lens(simd, &edges[1], lane, batch, side),
         c: at_lens(simd, &edges[2], lane, batch, side),
+        d: [zero; 3],
         z,
         live,
         step,
     };
+    let nearest = block.nearest[lane];
+    // Quads are none of those that are loose.
+    if !LOOSE && is(block.quads) {
+        functions.d = at_lens(simd, &block.last_edge, lane, batch, side);
+        match boxes {
+            Some(boxes) => {
+                scatter::draw::<_, false, true>(simd, &functions, &boxes, (visit.id, nearest), seen);
+            }
+            None => regions::draw::<_, true>(simd, &functions, batch, blocks, &visit, seen, opaque),
+        }
+        return;
+    }
     match boxes {
         Some(boxes) => {
-            let nearest = block.nearest[lane];
-            scatter::draw::<_, LOOSE>(simd, &functions, &boxes, (visit.id, nearest), seen);
+            scatter::draw::<_, LOOSE, false>(simd, &functions, &boxes, (visit.id, nearest), seen);
         }
-        None => regions::draw(simd, &functions, batch, blocks, &visit, seen, opaque),
+        None => regions::draw::<_, false>(simd, &functions, batch, blocks, &visit, seen, opaque),
     }
 }
 
@@ -267,7 +281,7 @@ mod tests {
             let mut blocks = Vec::new();
             for (round, v) in corners.iter().enumerate() {
                 let mut block = Block::EMPTY;
-                film.set_up(level, v, &[0.0; LANES], &mut block);
+                film.set_up(level, (v, None), &[0.0; LANES], &mut block);
                 block.ids = std::array::from_fn(|lane| (round * LANES + lane) as u32);
                 (block.near, block.cutout) = (0xffff, 0x1111);
                 block.imaged = if round % 2 == 0 { 0xffff } else { 0 };

@@ -32,7 +32,7 @@ fn farthest<S: Simd>(simd: S, slope: f32x16<S>, size: f32) -> f32x16<S> {
 ///
 /// (Regions that no lens point's range of columns and rows touches are passed over as fast by their edges: nothing gained.)
 #[inline(always)]
-pub(super) fn draw<S: Simd>(
+pub(super) fn draw<S: Simd, const QUAD: bool>(
     simd: S,
     functions: &Functions<S>,
     batch: &Batch,
@@ -43,12 +43,14 @@ pub(super) fn draw<S: Simd>(
 ) {
     let half = 0.5 * TILE as f32;
     let zero = f32x16::splat(simd, 0.0);
-    let Functions { a: [a0, ax, ay], b: [b0, bx, by], c: [c0, cx, cy], z: [z0, zx, zy], live, step } =
-        *functions;
+    let Functions {
+        a: [a0, ax, ay], b: [b0, bx, by], c: [c0, cx, cy], d: [d0, dx, dy], z: [z0, zx, zy], ..
+    } = *functions;
+    let Functions { live, step, .. } = *functions;
     let [x0, x1, y0, y1] = blocks;
-    let is_plain = !visit.cutout && visit.near.is_none();
+    let is_plain = QUAD || !visit.cutout && visit.near.is_none();
     if is_plain && x1 - x0 < SIDE && (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW {
-        if plain(simd, functions, live, (x0..x1 + 1, y0..y1 + 1), visit.id, seen) {
+        if plain::<_, QUAD>(simd, functions, live, (x0..x1 + 1, y0..y1 + 1), visit.id, seen) {
             for row in y0 / SIDE..y1 / SIDE + 1 {
                 for column in x0 / SIDE..x1 / SIDE + 1 {
                     seen.touch(column as usize, row as usize);
@@ -61,11 +63,13 @@ pub(super) fn draw<S: Simd>(
     let (a_right, a_down) = (farthest(simd, ax, size.0), farthest(simd, ay, size.1));
     let (b_right, b_down) = (farthest(simd, bx, size.0), farthest(simd, by, size.1));
     let (c_right, c_down) = (farthest(simd, cx, size.0), farthest(simd, cy, size.1));
+    let (d_right, d_down) = (farthest(simd, dx, size.0), farthest(simd, dy, size.1));
     let (z_right, z_down) = (farthest(simd, zx, size.0), farthest(simd, zy, size.1));
     for region_row in y0 / SIDE..y1 / SIDE + 1 {
         let top = (region_row * SIDE) as f32 * step.1 - half;
         let (a_row, b_row) = (a0 + ay * (a_down + top), b0 + by * (b_down + top));
         let (c_row, z_row) = (c0 + cy * (c_down + top), z0 + zy * (z_down + top));
+        let d_row = d0 + dy * (d_down + top);
         for region_column in x0 / SIDE..x1 / SIDE + 1 {
             let (column, row) = (region_column as usize, region_row as usize);
             let left = (region_column * SIDE) as f32 * step.0 - half;
@@ -73,6 +77,9 @@ pub(super) fn draw<S: Simd>(
                 & (a_row + ax * (a_right + left)).simd_ge(zero)
                 & (b_row + bx * (b_right + left)).simd_ge(zero)
                 & (c_row + cx * (c_right + left)).simd_ge(zero);
+            if QUAD {
+                candidates &= (d_row + dx * (d_right + left)).simd_ge(zero);
+            }
             if !candidates.any_true() {
                 continue;
             }
@@ -84,7 +91,7 @@ pub(super) fn draw<S: Simd>(
             let columns = (region_column * SIDE).max(x0)..(region_column * SIDE + SIDE).min(x1 + 1);
             let rows = (region_row * SIDE).max(y0)..(region_row * SIDE + SIDE).min(y1 + 1);
             let drawn = if is_plain {
-                plain(simd, functions, candidates, (columns, rows), visit.id, seen)
+                plain::<_, QUAD>(simd, functions, candidates, (columns, rows), visit.id, seen)
             } else {
                 checked(simd, functions, candidates, (columns, rows), (visit, batch, opaque), seen)
             };
@@ -97,7 +104,7 @@ pub(super) fn draw<S: Simd>(
 
 /// Draws into some blocks of a region; tells whether any sample was hit.
 #[inline(always)]
-fn plain<S: Simd>(
+fn plain<S: Simd, const QUAD: bool>(
     simd: S,
     functions: &Functions<S>,
     candidates: mask32x16<S>,
@@ -107,16 +114,16 @@ fn plain<S: Simd>(
 ) -> bool {
     // A loop of its own for each width: what depends on the column alone is made once.
     match columns.end - columns.start {
-        1 => plain_rows::<S, 1>(simd, functions, candidates, (columns.start, rows), id, seen),
-        2 => plain_rows::<S, 2>(simd, functions, candidates, (columns.start, rows), id, seen),
-        3 => plain_rows::<S, 3>(simd, functions, candidates, (columns.start, rows), id, seen),
-        _ => plain_rows::<S, REGION>(simd, functions, candidates, (columns.start, rows), id, seen),
+        1 => plain_rows::<S, QUAD, 1>(simd, functions, candidates, (columns.start, rows), id, seen),
+        2 => plain_rows::<S, QUAD, 2>(simd, functions, candidates, (columns.start, rows), id, seen),
+        3 => plain_rows::<S, QUAD, 3>(simd, functions, candidates, (columns.start, rows), id, seen),
+        _ => plain_rows::<S, QUAD, REGION>(simd, functions, candidates, (columns.start, rows), id, seen),
     }
 }
 
 /// The same in `N` columns.
 #[inline(always)]
-fn plain_rows<S: Simd, const N: usize>(
+fn plain_rows<S: Simd, const QUAD: bool, const N: usize>(
     simd: S,
     functions: &Functions<S>,
     candidates: mask32x16<S>,
@@ -132,7 +139,8 @@ fn plain_rows<S: Simd, const N: usize>(
         if let Some(depths) = seen.depth.get_mut(first..first + N).and_then(|row| row.first_chunk_mut())
             && let Some(ids) = seen.id.get_mut(first..first + N).and_then(|row| row.first_chunk_mut())
         {
-            drawn |= Row::new(simd, functions, candidates, (column, row)).draw::<N>(simd, depths, ids, id);
+            let row = Row::<S, QUAD>::new(simd, functions, candidates, (column, row));
+            drawn |= row.draw::<N>(simd, depths, ids, id);
         }
     }
     drawn
@@ -152,7 +160,7 @@ fn checked<S: Simd>(
     let mut hits = [Hit { block: 0, lanes: 0 }; REGION * REGION];
     let mut count = 0;
     for row in rows {
-        let along = Row::new(simd, functions, candidates, (columns.start, row));
+        let along = Row::<S, false>::new(simd, functions, candidates, (columns.start, row));
         for (at, column) in columns.clone().enumerate() {
             let block = row as usize * seen.columns + column as usize;
             let Some(before) = seen.depth.get(block) else { continue };
@@ -204,8 +212,8 @@ fn write<S: Simd>(
 
 /// A triangle's functions along a row of blocks: each the value at `x` = 0 and its change with a pixel to the right.
 #[derive(Clone, Copy)]
-struct Row<S: Simd> {
-    edges: [[f32x16<S>; 2]; 3],
+struct Row<S: Simd, const QUAD: bool> {
+    edges: [[f32x16<S>; 2]; 4],
     depth: [f32x16<S>; 2],
     /// The place of the first block, and the width of one.
     first: f32,
@@ -213,14 +221,14 @@ struct Row<S: Simd> {
     y: f32,
 }
 
-impl<S: Simd> Row<S> {
+impl<S: Simd, const QUAD: bool> Row<S, QUAD> {
     #[inline(always)]
     fn new(simd: S, functions: &Functions<S>, candidates: mask32x16<S>, (column, row): (i32, i32)) -> Self {
         let half = 0.5 * TILE as f32;
-        let Functions { a: [a0, ax, ay], b: [b0, bx, by], c: [c0, cx, cy], z: [z0, zx, zy], step, .. } =
-            *functions;
+        let Functions { a: [a0, ax, ay], b: [b0, bx, by], c: [c0, cx, cy], d: [d0, dx, dy], .. } = *functions;
+        let Functions { z: [z0, zx, zy], step, .. } = *functions;
         let y = row as f32 * step.1 - half;
-        let edges = [[a0 + ay * y, ax], [b0 + by * y, bx], [c0 + cy * y, cx]];
+        let edges = [[a0 + ay * y, ax], [b0 + by * y, bx], [c0 + cy * y, cx], [d0 + dy * y, dx]];
         let first = column as f32 * step.0 - half;
         // What is no number is not nearer than anything.
         let z0 = candidates.select(z0, f32x16::splat(simd, f32::NAN));
@@ -237,13 +245,16 @@ impl<S: Simd> Row<S> {
     #[inline(always)]
     fn hit(&self, simd: S, at: usize, before: f32x16<S>) -> (mask32x16<S>, f32x16<S>) {
         let zero = f32x16::splat(simd, 0.0);
-        let [[a, ax], [b, bx], [c, cx]] = self.edges;
+        let [[a, ax], [b, bx], [c, cx], [d, dx]] = self.edges;
         let x = self.x(at);
         let z = self.depth[0] + self.depth[1] * x;
-        let hit = (a + ax * x).simd_ge(zero)
+        let mut hit = (a + ax * x).simd_ge(zero)
             & (b + bx * x).simd_ge(zero)
             & (c + cx * x).simd_ge(zero)
             & z.simd_gt(before);
+        if QUAD {
+            hit &= (d + dx * x).simd_ge(zero);
+        }
         (hit, z)
     }
 

@@ -10,7 +10,7 @@
 //! order, so the bits are those of [`super::regions`].
 
 use super::kernel::Functions;
-use super::setup::Images;
+use super::setup::{Image, Images};
 use super::view::Batch;
 use super::visibility::{REGION, Visibility};
 use super::{LANES, TILE};
@@ -39,11 +39,11 @@ pub(super) struct Ranges<S: Simd> {
     y1: i32x16<S>,
 }
 
-/// Those of triangle `lane`, within `blocks`.
+/// Those of triangle `lane`, within `blocks`; of a quad with its fourth corner.
 #[inline(always)]
 pub(super) fn ranges<S: Simd>(
     simd: S,
-    corners: &Images,
+    (corners, fourth): (&Images, Option<&Image>),
     lane: usize,
     batch: &Batch,
     block: (u32, u32),
@@ -58,11 +58,19 @@ pub(super) fn ranges<S: Simd>(
     let p = linear(&corners[0][0], lane, u, v) * i0;
     let q = linear(&corners[1][0], lane, u, v) * i1;
     let r = linear(&corners[2][0], lane, u, v) * i2;
-    let (x0, x1) = range(simd, [p, q, r], &batch.x, block.0, [blocks[0], blocks[1]]);
+    let (mut left, mut right) = (p.min(q).min(r), p.max(q).max(r));
     let p = linear(&corners[0][1], lane, u, v) * i0;
     let q = linear(&corners[1][1], lane, u, v) * i1;
     let r = linear(&corners[2][1], lane, u, v) * i2;
-    let (y0, y1) = range(simd, [p, q, r], &batch.y, block.1, [blocks[2], blocks[3]]);
+    let (mut top, mut bottom) = (p.min(q).min(r), p.max(q).max(r));
+    if let Some(fourth) = fourth {
+        let inverse = one / linear(&fourth[2], lane, u, v);
+        let (x, y) = (linear(&fourth[0], lane, u, v) * inverse, linear(&fourth[1], lane, u, v) * inverse);
+        (left, right) = (left.min(x), right.max(x));
+        (top, bottom) = (top.min(y), bottom.max(y));
+    }
+    let (x0, x1) = range(simd, [left, right], &batch.x, block.0, [blocks[0], blocks[1]]);
+    let (y0, y1) = range(simd, [top, bottom], &batch.y, block.1, [blocks[2], blocks[3]]);
     Ranges { x0, x1, y0, y1 }
 }
 
@@ -123,11 +131,11 @@ fn linear<S: Simd>(row: &[[f32; LANES]; 3], lane: usize, u: f32x16<S>, v: f32x16
     u * row[1][lane] + v * row[2][lane] + row[0][lane]
 }
 
-/// The first and last block along one axis, of `step` pixels each, that three corners span.
+/// The first and last block along one axis, of `step` pixels each, that corners from `least` to `most` span.
 #[inline(always)]
 fn range<S: Simd>(
     simd: S,
-    [p, q, r]: [f32x16<S>; 3],
+    [least, most]: [f32x16<S>; 2],
     jitter: &[f32; LANES],
     step: u32,
     [low, high]: [i32; 2],
@@ -136,8 +144,8 @@ fn range<S: Simd>(
     let jitter = f32x16::load_array_ref(simd, jitter);
     let to_block = 1.0 / step as f32;
     let (low, high) = (f32x16::splat(simd, low as f32), f32x16::splat(simd, high as f32));
-    let first = (p.min(q).min(r) - jitter + (half - MARGIN)) * to_block;
-    let last = (p.max(q).max(r) - jitter + (half + MARGIN)) * to_block;
+    let first = (least - jitter + (half - MARGIN)) * to_block;
+    let last = (most - jitter + (half + MARGIN)) * to_block;
     // One beyond each end, so that an empty range stays empty and conversion to integers stays exact.
     let first = first.ceil().max(low).min(high + 1.0);
     let last = last.floor().min(high).max(low - 1.0);
@@ -150,7 +158,7 @@ pub(super) const MARGIN: f32 = 4e-3;
 /// Draws a triangle, nowhere nearer than `nearest`, lens point by lens point. Where it is one of many that are `LOOSE`, large boxes begin at
 /// the borders of regions, so that those are passed over that hide it.
 #[inline(always)]
-pub(super) fn draw<S: Simd, const LOOSE: bool>(
+pub(super) fn draw<S: Simd, const LOOSE: bool, const QUAD: bool>(
     simd: S,
     functions: &Functions<S>,
     boxes: &LaneBoxes,
@@ -165,6 +173,7 @@ pub(super) fn draw<S: Simd, const LOOSE: bool>(
     let [a0, ax, ay] = arrays(functions.a);
     let [b0, bx, by] = arrays(functions.b);
     let [c0, cx, cy] = arrays(functions.c);
+    let [d0, dx, dy] = arrays(functions.d);
     let [z0, zx, zy] = arrays(functions.z);
     // By mask: whether the next lens point has blocks nothing foresees.
     let mut rest = functions.live.to_bitmask() & boxes.some;
@@ -179,6 +188,7 @@ pub(super) fn draw<S: Simd, const LOOSE: bool>(
             let y = (row + top as f32) * step.1 - half;
             let (ra, rb) = (y * ay[lane] + a0[lane], y * by[lane] + b0[lane]);
             let (rc, rz) = (y * cy[lane] + c0[lane], y * zy[lane] + z0[lane]);
+            let rd = y * dy[lane] + d0[lane];
             let rows = ((1 << (PATCH * (y1 - top + 1).min(PATCH))) - 1) & (!0 << (PATCH * (y0 - top).max(0)));
             let mut left = x0 & start;
             while left <= x1 {
@@ -187,9 +197,12 @@ pub(super) fn draw<S: Simd, const LOOSE: bool>(
                     continue;
                 }
                 let x = (column + left as f32) * step.0 - half;
-                let hit = (x * ax[lane] + ra).simd_ge(zero)
+                let mut hit = (x * ax[lane] + ra).simd_ge(zero)
                     & (x * bx[lane] + rb).simd_ge(zero)
                     & (x * cx[lane] + rc).simd_ge(zero);
+                if QUAD {
+                    hit &= (x * dx[lane] + rd).simd_ge(zero);
+                }
                 let first = 15 & (15 << (x0 - left).max(0));
                 let columns = 0x1111 * (((1 << (x1 - left + 1).min(PATCH)) - 1) & first);
                 let mut bits = hit.to_bitmask() & rows & columns;

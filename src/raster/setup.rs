@@ -19,26 +19,37 @@ use glam::DVec4;
 /// `1, u, v, x, xu, xv, y, yu, yv`; `x`, `y` in pixels from the tile's centre. For 16 triangles.
 pub(crate) type Bilinear = [[f32; LANES]; 9];
 
-/// Corners of 16 triangles, lens frame: corner, axis, triangle.
-pub(crate) type Corners = [[[f64; LANES]; 3]; 3];
+/// One corner of each of 16 triangles, lens frame: axis, triangle.
+pub(crate) type Corner = [[f64; LANES]; 3];
 
-/// Corners of 16 triangles on the film, `x w`, `y w` and `w` as coefficients of `1, u, v`; pixels from the tile's centre.
-pub(crate) type Images = [[[[f32; LANES]; 3]; 3]; 3];
+/// Corners of 16 triangles: corner, axis, triangle.
+pub(crate) type Corners = [Corner; 3];
 
-/// Sixteen triangles in one tile.
+/// One corner of each of 16 triangles on the film, `x w`, `y w` and `w` as coefficients of `1, u, v`; pixels from the tile's centre.
+pub(crate) type Image = [[[f32; LANES]; 3]; 3];
+
+/// Their three corners.
+pub(crate) type Images = [Image; 3];
+
+/// Sixteen triangles in one tile, or quads: convex and plane, with a fourth corner.
 #[derive(Clone, Debug)]
 pub(crate) struct Block {
     /// The triangles' numbers.
     pub triangles: [u32; LANES],
     /// What is written where they are seen.
     pub ids: [u32; LANES],
-    /// Edge `i` lies opposite to corner `i`. Each edge has a scale of its own: its sign is what counts.
+    /// Edge `i` lies opposite to corner `i`, of a quad the second leads from the fourth corner to the first. Each edge has a scale of
+    /// its own: its sign is what counts.
     pub edges: [Bilinear; 3],
+    /// From the third corner of a quad to its fourth; where any is one.
+    pub last_edge: Bilinear,
     /// `D.N`.
     pub facing: Bilinear,
     /// `N.(v0 - s)`: coefficients of `1, u, v`. Depth is ordered by `1/t = facing / plane`.
     pub plane: [[f32; LANES]; 3],
     pub corners: Images,
+    /// The fourth corner, where any is a quad.
+    pub fourth: Image,
     /// At least the largest `1/t` anywhere in the tile, for any lens point.
     pub nearest: [f32; LANES],
     /// Triangles, the first in the lowest bit, that may touch the tile.
@@ -49,6 +60,8 @@ pub(crate) struct Block {
     pub near: u16,
     /// Those that samples may pass through.
     pub cutout: u16,
+    /// Those that are quads, neither of the last two kinds.
+    pub quads: u16,
 }
 
 impl Block {
@@ -56,28 +69,43 @@ impl Block {
         triangles: [0; LANES],
         ids: [0; LANES],
         edges: [[[0.0; LANES]; 9]; 3],
+        last_edge: [[0.0; LANES]; 9],
         facing: [[0.0; LANES]; 9],
         plane: [[0.0; LANES]; 3],
         corners: [[[[0.0; LANES]; 3]; 3]; 3],
+        fourth: [[[0.0; LANES]; 3]; 3],
         nearest: [0.0; LANES],
         live: 0,
         imaged: 0,
         near: 0,
         cutout: 0,
+        quads: 0,
     };
 }
 
 impl TileFilm {
-    /// Sets up triangles with these corners; `depths` are those of their nearest corners. All but names and flags of
+    /// Sets up triangles with these corners, and a fourth where any is a quad (of triangles the third once more); `depths` are those of their nearest corners. All but names and flags of
     /// the block is written; of `imaged` those are left whose corners single precision places well. Those that miss the
     /// tile for every lens point, as their edges show, are not live.
-    pub(crate) fn set_up(&self, level: Level, v: &Corners, depths: &[f32; LANES], block: &mut Block) {
+    pub(crate) fn set_up(
+        &self,
+        level: Level,
+        v: (&Corners, Option<&Corner>),
+        depths: &[f32; LANES],
+        block: &mut Block,
+    ) {
         at_level!(level, simd => set_up(simd, self, v, depths, block));
     }
 }
 
 #[inline(always)]
-fn set_up<S: Simd>(simd: S, film: &TileFilm, v: &Corners, depths: &[f32; LANES], block: &mut Block) {
+fn set_up<S: Simd>(
+    simd: S,
+    film: &TileFilm,
+    (v, fourth): (&Corners, Option<&Corner>),
+    depths: &[f32; LANES],
+    block: &mut Block,
+) {
     let (low, high) = (corners(simd, v, 0), corners(simd, v, 8));
     let (low_face, high_face) = (Face::new(simd, film, &low), Face::new(simd, film, &high));
     let (low_side, high_side) = (low_face.side(simd), high_face.side(simd));
@@ -91,23 +119,49 @@ fn set_up<S: Simd>(simd: S, film: &TileFilm, v: &Corners, depths: &[f32; LANES],
         *nearest = (ROUNDING * *nearest).min(film.nearest(depth));
     }
 
+    let (mut low_last, mut high_last) = (low[2], high[2]);
+    if let Some(fourth) = fourth {
+        (low_last, high_last) = (corner(simd, fourth, 0), corner(simd, fourth, 8));
+    }
     let mut live = 0xffff;
-    for (edge, (a, b)) in block.edges.iter_mut().zip([(1, 2), (2, 0), (0, 1)]) {
-        let (low, high) = (film.edge(low[a], low[b]), film.edge(high[a], high[b]));
-        live &= reaches(simd, film, &low, low_side) | reaches(simd, film, &high, high_side) << 8;
-        store(&scaled(simd, film, &low), &scaled(simd, film, &high), edge);
+    let [opposite, across, first] = &mut block.edges;
+    let sides = (low_side, high_side);
+    live &= edge(simd, film, ([low[1], low[2]], [high[1], high[2]]), sides, opposite);
+    live &= edge(simd, film, ([low_last, low[0]], [high_last, high[0]]), sides, across);
+    live &= edge(simd, film, ([low[0], low[1]], [high[0], high[1]]), sides, first);
+    block.imaged &= images(simd, film, (&low, &high), &mut block.corners);
+    if fourth.is_some() {
+        live &= edge(simd, film, ([low[2], low_last], [high[2], high_last]), sides, &mut block.last_edge);
+        let out = std::array::from_mut(&mut block.fourth);
+        block.imaged &= images(simd, film, (&[low_last], &[high_last]), out);
     }
     block.live = live;
-    block.imaged &= images(simd, film, (&low, &high), &mut block.corners);
 }
+
+/// The functions of sixteen edges, each between two corners; tells which may leave something of their triangles in the tile.
+#[inline(always)]
+fn edge<S: Simd>(
+    simd: S,
+    film: &TileFilm,
+    (low, high): (Ends<S>, Ends<S>),
+    sides: (f64x8<S>, f64x8<S>),
+    out: &mut Bilinear,
+) -> u16 {
+    let (low, high) = (film.edge(low[0], low[1]), film.edge(high[0], high[1]));
+    store(&scaled(simd, film, &low), &scaled(simd, film, &high), out);
+    reaches(simd, film, &low, sides.0) | reaches(simd, film, &high, sides.1) << 8
+}
+
+/// Where eight edges begin and end.
+type Ends<S> = [Places<S>; 2];
 
 /// Where corners lie on the film. Tells which triangles' single precision places as well as [`super::scatter`] assumes.
 #[inline(always)]
-pub(super) fn images<S: Simd>(
+pub(super) fn images<S: Simd, const N: usize>(
     simd: S,
     film: &TileFilm,
-    (low, high): (&Eight<S>, &Eight<S>),
-    out: &mut Images,
+    (low, high): (&[Places<S>; N], &[Places<S>; N]),
+    out: &mut [Image; N],
 ) -> u16 {
     for (corner, images) in out.iter_mut().enumerate() {
         for (row, image) in images.iter_mut().enumerate() {
@@ -139,17 +193,25 @@ fn largest<S: Simd>(simd: S, [u, v]: [&[f32; LANES]; 2]) -> f32x16<S> {
 }
 
 /// Corners of eight triangles: corner, axis.
-pub(super) type Eight<S> = [[f64x8<S>; 3]; 3];
+pub(super) type Eight<S> = [Places<S>; 3];
+
+/// One corner of eight triangles: axis.
+pub(super) type Places<S> = [f64x8<S>; 3];
 
 #[inline(always)]
 pub(super) fn corners<S: Simd>(simd: S, v: &Corners, first: usize) -> Eight<S> {
-    let mut out = [[f64x8::splat(simd, 0.0); 3]; 3];
-    for (out, v) in out.iter_mut().zip(v) {
-        for (out, v) in out.iter_mut().zip(v) {
-            *out = f64x8::from_slice(simd, &v[first..first + 8]);
-        }
-    }
-    out
+    [corner(simd, &v[0], first), corner(simd, &v[1], first), corner(simd, &v[2], first)]
+}
+
+/// One corner of eight.
+#[inline(always)]
+pub(super) fn corner<S: Simd>(simd: S, v: &Corner, first: usize) -> Places<S> {
+    let [x, y, z] = v;
+    [
+        f64x8::from_slice(simd, &x[first..first + 8]),
+        f64x8::from_slice(simd, &y[first..first + 8]),
+        f64x8::from_slice(simd, &z[first..first + 8]),
+    ]
 }
 
 /// `h.(x, 1)`.
@@ -325,7 +387,7 @@ mod tests {
                 }
             }
             let mut block = Block { imaged: 0xffff, ..Block::EMPTY };
-            film.set_up(SimdLevel::best().level(), &v, &[0.0; LANES], &mut block);
+            film.set_up(SimdLevel::best().level(), (&v, None), &[0.0; LANES], &mut block);
             let lens = lens as f32;
             for (lane, corner) in (0..LANES).flat_map(|lane| (0..3).map(move |corner| (lane, corner))) {
                 let part = |row: usize, part: usize| {
@@ -361,7 +423,7 @@ mod tests {
                 depths[lane] = v.iter().map(|c| c[2][lane]).fold(f64::INFINITY, f64::min).max(0.0) as f32;
             }
             let mut block = Block::EMPTY;
-            film.set_up(SimdLevel::best().level(), &v, &depths, &mut block);
+            film.set_up(SimdLevel::best().level(), (&v, None), &depths, &mut block);
             for lane in 0..LANES {
                 let c = [0, 1, 2].map(|i| [0, 1, 2].map(|axis| v[i][axis][lane]));
                 let edges = edges(&film, &v, lane);

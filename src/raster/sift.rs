@@ -8,7 +8,7 @@
 
 use super::film::TileFilm;
 use super::scatter::{MARGIN, ranges};
-use super::setup::{Corners, Images, corners, images};
+use super::setup::{Corner, Corners, Image, Images, corner, corners, images};
 use super::view::{Batch, Pattern};
 use super::{LANES, TILE};
 use crate::simd::at_level;
@@ -42,17 +42,35 @@ impl Sieve {
         is_crowded
     }
 
-    /// Which of `those` triangles a sample may meet; all of their corners have to have images.
-    pub(super) fn met(&self, level: Level, film: &TileFilm, v: &Corners, those: u16) -> u16 {
+    /// Which of `those` triangles, or quads with a fourth corner, a sample may meet; all of their corners have to have images.
+    pub(super) fn met(
+        &self,
+        level: Level,
+        film: &TileFilm,
+        v: (&Corners, Option<&Corner>),
+        those: u16,
+    ) -> u16 {
         at_level!(level, simd => met(simd, self, film, v, those))
     }
 }
 
 #[inline(always)]
-fn met<S: Simd>(simd: S, sieve: &Sieve, film: &TileFilm, v: &Corners, those: u16) -> u16 {
+fn met<S: Simd>(
+    simd: S,
+    sieve: &Sieve,
+    film: &TileFilm,
+    (v, fourth): (&Corners, Option<&Corner>),
+    those: u16,
+) -> u16 {
     let mut at: Images = [[[[0.0; LANES]; 3]; 3]; 3];
-    let placed = images(simd, film, (&corners(simd, v, 0), &corners(simd, v, 8)), &mut at);
-    let small = (extent(simd, &at, 0) * extent(simd, &at, 1) * sieve.density)
+    let mut placed = images(simd, film, (&corners(simd, v, 0), &corners(simd, v, 8)), &mut at);
+    let mut last: Image = [[[0.0; LANES]; 3]; 3];
+    if let Some(fourth) = fourth {
+        let both = (&[corner(simd, fourth, 0)], &[corner(simd, fourth, 8)]);
+        placed &= images(simd, film, both, std::array::from_mut(&mut last));
+    }
+    let last = fourth.map(|_| &last);
+    let small = (extent(simd, (&at, last), 0) * extent(simd, (&at, last), 1) * sieve.density)
         .simd_lt(f32x16::splat(simd, 1.0))
         .to_bitmask() as u16;
     let (columns, rows) = (TILE / sieve.size.0, TILE / sieve.size.1);
@@ -65,7 +83,8 @@ fn met<S: Simd>(simd: S, sieve: &Sieve, film: &TileFilm, v: &Corners, those: u16
         let mut is_met = false;
         // A loop, for closures are not compiled for the level.
         for batch in &sieve.batches {
-            let seeing = ranges(simd, &at, lane, batch, sieve.size, blocks).some().to_bitmask() as u16;
+            let seeing =
+                ranges(simd, (&at, last), lane, batch, sieve.size, blocks).some().to_bitmask() as u16;
             is_met = seeing & batch.live != 0;
             if is_met {
                 break;
@@ -78,12 +97,17 @@ fn met<S: Simd>(simd: S, sieve: &Sieve, film: &TileFilm, v: &Corners, those: u16
 
 /// How long triangles are along an axis of the picture, seen through the lens centre, and what may be wrong at its ends.
 #[inline(always)]
-fn extent<S: Simd>(simd: S, at: &Images, row: usize) -> f32x16<S> {
+fn extent<S: Simd>(simd: S, (at, last): (&Images, Option<&Image>), row: usize) -> f32x16<S> {
     let load = |row: &[f32; LANES]| f32x16::load_array_ref(simd, row);
     let a = load(&at[0][row][0]) / load(&at[0][2][0]);
     let b = load(&at[1][row][0]) / load(&at[1][2][0]);
     let c = load(&at[2][row][0]) / load(&at[2][2][0]);
-    a.max(b).max(c) - a.min(b).min(c) + 2.0 * MARGIN
+    let (mut most, mut least) = (a.max(b).max(c), a.min(b).min(c));
+    if let Some(last) = last {
+        let d = load(&last[row][0]) / load(&last[2][0]);
+        (most, least) = (most.max(d), least.min(d));
+    }
+    most - least + 2.0 * MARGIN
 }
 
 #[cfg(test)]
@@ -117,10 +141,10 @@ mod tests {
             // A pixel is 1 mm on the film, 2 to 14 mm where the triangles are.
             let size = [2e-4, 1e-3, 3e-3, 0.1][round % 4];
             let v = triangles(size, &mut random);
-            let kept = sieve.met(SimdLevel::best().level(), &film, &v, 0xfeff);
+            let kept = sieve.met(SimdLevel::best().level(), &film, (&v, None), 0xfeff);
             assert_eq!(kept & 0x100, 0, "one that was not asked for");
             for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
-                assert_eq!(sieve.met(level.level(), &film, &v, 0xfeff), kept, "{}", level.name());
+                assert_eq!(sieve.met(level.level(), &film, (&v, None), 0xfeff), kept, "{}", level.name());
             }
             for lane in (0..LANES).filter(|lane| 0xfeff >> lane & 1 == 1) {
                 let edges = edges(&film, &v, lane);

@@ -7,7 +7,7 @@ use super::LANES;
 use super::bin::Candidate;
 use super::bounds::PixelBox;
 use super::film::TileFilm;
-use super::setup::{Block, Corners};
+use super::setup::{Block, Corner, Corners};
 use super::sift::Sieve;
 use super::tile::Geometry;
 use super::view::View;
@@ -20,6 +20,8 @@ pub(super) struct Waiting {
     /// Their numbers among all candidates.
     pub numbers: [u32; LANES],
     pub candidates: [Candidate; LANES],
+    /// The fourth corners of those that are quads.
+    pub fourths: [u32; LANES],
     /// The boxes of each from the cells of the lens.
     pub boxes: Vec<PixelBox>,
     pub count: usize,
@@ -36,6 +38,7 @@ impl Waiting {
     pub(super) fn replace(&mut self, to: usize, from: usize, cells: usize) {
         if to != from {
             self.candidates[to] = self.candidates[from];
+            self.fourths[to] = self.fourths[from];
             self.ids[to] = self.ids[from];
             self.boxes.copy_within(from * cells..(from + 1) * cells, to * cells);
         }
@@ -58,6 +61,22 @@ impl Waiting {
         imaged
     }
 
+    /// The fourth corners of those from `first` on, if any is a quad: of triangles the third once more. And which are quads.
+    fn fourth(&self, first: usize, positions: &[DVec3]) -> (Option<Corner>, u16) {
+        let those = || self.candidates.iter().enumerate().take(self.count).skip(first);
+        let quads = those().fold(0, |quads, (lane, of)| quads | u16::from(of.is_quad()) << lane);
+        if quads == 0 {
+            return (None, 0);
+        }
+        let mut out: Corner = [[0.0; LANES]; 3];
+        for (lane, candidate) in those() {
+            let vertex = if candidate.is_quad() { self.fourths[lane] } else { candidate.vertices[2] };
+            let place = positions[vertex as usize];
+            (out[0][lane], out[1][lane], out[2][lane]) = (place.x, place.y, place.z);
+        }
+        (Some(out), quads)
+    }
+
     /// Sets them up.
     pub(super) fn set_up(&self, level: Level, geometry: &Geometry<'_>, film: &TileFilm, block: &mut Block) {
         let (mut corners, mut depths): (Corners, _) = ([[[0.0; LANES]; 3]; 3], [0.0; LANES]);
@@ -70,7 +89,9 @@ impl Waiting {
             block.near |= u16::from(near) << lane;
             block.cutout |= u16::from(candidate.is_cutout()) << lane;
         }
-        film.set_up(level, &corners, &depths, block);
+        let fourth;
+        (fourth, block.quads) = self.fourth(0, geometry.positions);
+        film.set_up(level, (&corners, fourth.as_ref()), &depths, block);
         block.live &= (0xffff_u32 >> (LANES - self.count)) as u16;
         block.ids = self.ids;
     }
@@ -86,7 +107,8 @@ impl Waiting {
     ) {
         let mut corners: Corners = [[[0.0; LANES]; 3]; 3];
         let imaged = self.corners(first, view, positions, &mut corners);
-        let met = sieve.met(level, film, &corners, imaged) | !imaged;
+        let (fourth, _) = self.fourth(first, positions);
+        let met = sieve.met(level, film, (&corners, fourth.as_ref()), imaged) | !imaged;
         let count = std::mem::replace(&mut self.count, first);
         for lane in (first..count).filter(|lane| met >> lane & 1 == 1) {
             self.replace(self.count, lane, cells);

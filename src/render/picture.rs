@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::plan::{Decision, RenderPlan};
 use crate::quantity::Angle;
 use crate::raster::TILE;
-use crate::raster::bin::{Bins, Triangles};
+use crate::raster::bin::{Bins, Quad, Triangles};
 use crate::raster::cull::Cluster;
 use crate::raster::view::View;
 use crate::sampling::{self, ApertureShape, runs};
@@ -163,10 +163,16 @@ impl<'a> Picture<'a> {
                 vertices: cluster.vertices.clone(),
             })
             .collect();
+        let has_quads = alike && !surfaces.patches.quads.is_empty();
+        let quad = |t: u32| {
+            let quad = surfaces.patches.quads.of(t, surfaces.triangles[t as usize])?;
+            Some(Quad { corners: quad.corners, is_first: quad.is_first })
+        };
         let triangles = Triangles {
             clusters: &clusters,
             cluster_size: Clusters::SIZE,
             vertices: &surfaces.triangles,
+            quad: has_quads.then_some(&quad),
             surface: &|t| {
                 let material = surfaces.attributes[t as usize].material;
                 (patch(surfaces, alike, t).0, cutout[material as usize])

@@ -20,7 +20,7 @@ use bytemuck::allocation::try_zeroed_vec;
 const TRIANGLE: u64 = 700;
 
 /// Bytes for each triangle of a tile that a thread sets up; its lists may have grown to double.
-const SETUP: u64 = 2 * 600;
+const SETUP: u64 = 2 * 672;
 
 /// The same where most are far out of focus: of these a tile lists those that it sees, with a bit for each lens point.
 const LISTED: u64 = 2 * (12 + LISTED_UP_TO as u64 / 8);

@@ -4,7 +4,7 @@
 //! structs) -> `validate` (a [`SceneDescription`]: units converted, defaults filled, every wrong value
 //! refused with its line) -> `resolve` (movements solved). Its assets: `source` (the one door to files) ->
 //! `records`, `normalize`, `obj`, `mtl`, `triangulate`, `texture`, `mip`, `outline` -> `reading` -> `assets` (a [`Model`]). Both:
-//! `load` (a [`Scene`] with its `surfaces` in the world, and which of them look alike: `patches`).
+//! `load` (a [`Scene`] with its `surfaces` in the world, and which of them look alike: `patches`, and are drawn as one: `quads`).
 
 mod assets;
 mod clusters;
@@ -25,6 +25,7 @@ mod obj;
 pub(crate) mod outline;
 mod patches;
 mod pictures;
+mod quads;
 mod reading;
 mod records;
 mod resolve;

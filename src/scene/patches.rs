@@ -5,6 +5,7 @@
 //! scene a pixel's 16 samples then see 1.7 different things instead of 2.5.
 
 use super::mesh::NONE;
+use super::quads::Quads;
 use super::surfaces::{Surfaces, bounds};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -18,6 +19,8 @@ pub struct Patches {
     pub(crate) reference: Vec<u32>,
     /// Whether each lies in one plane.
     flat: bool,
+    /// Triangles of a patch that are drawn two at a time.
+    pub(crate) quads: Quads,
 }
 
 /// Most difference between a triangle's own texture coordinates and its patch's, in texels.
@@ -101,8 +104,9 @@ impl Patches {
                 }
                 *number
             })
-            .collect();
-        Self { of, reference, flat: coplanar }
+            .collect::<Vec<_>>();
+        let quads = Quads::new(surfaces, &of);
+        Self { of, reference, flat: coplanar, quads }
     }
 }
 
