@@ -36,7 +36,7 @@ pub(crate) struct Triangles<'a> {
     pub cluster_size: usize,
 }
 
-/// Two triangles of a surface that together are a convex plane quadrilateral.
+/// Two triangles of a surface that no sample passes through, and that together are a convex plane quadrilateral.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quad {
     /// Its corners in turn, as numbers of vertices.
@@ -82,7 +82,7 @@ impl Candidate {
         self.surface & Self::INSIDE != 0
     }
 
-    /// Whether it has a fourth corner: see [`Bins`].
+    /// Whether it has a fourth corner, in [`Waiting::fourths`].
     #[inline(always)]
     pub(crate) fn is_quad(&self) -> bool {
         self.surface & Self::QUAD != 0
@@ -108,7 +108,7 @@ pub(super) struct Brief {
 /// The candidates, and which of them may touch which tile.
 pub(crate) struct Bins {
     candidates: Vec<Candidate>,
-    /// The fourth corners of quads, candidate by candidate; empty where there are none.
+    /// The fourth corners of quads, candidate by candidate, of triangles the third once more; empty where there are no quads.
     fourths: Vec<u32>,
     /// For each candidate and cell the pixels that it can reach; empty where there is one cell.
     boxes: Vec<PixelBox>,
@@ -136,23 +136,6 @@ impl Bins {
         triangles: &Triangles<'_>,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Self {
-        let bins = Self::of(simd, view, cells, positions, triangles, stop);
-        if bins.fourths.is_empty() || !bins.are_loose() {
-            return bins;
-        }
-        // What is far out of focus is drawn by triangles.
-        drop(bins);
-        Self::of(simd, view, cells, positions, &Triangles { quad: None, ..*triangles }, stop)
-    }
-
-    fn of(
-        simd: Level,
-        view: &View,
-        cells: &[LensCell],
-        positions: &[DVec3],
-        triangles: &Triangles<'_>,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Self {
         let counts = (triangles.vertices.len(), positions.len());
         let seen = Seen::new(view, triangles.clusters, triangles.cluster_size, counts);
         let boxes = Boxes::new(simd, view, cells, positions, (triangles.vertices, &seen), stop);
@@ -169,47 +152,44 @@ impl Bins {
                 found.tiles.reserve(count);
                 let mut each = vec![PixelBox::EMPTY; cells.len()];
                 let depth = |vertex: u32| positions[vertex as usize].z;
-                // What leaves the frustum, comes near or lets samples through is drawn by triangles.
+                // What leaves the frustum or comes near is drawn by triangles.
                 let is_whole = |quad: &Quad| {
                     let near = view.near * NEAR;
                     boxes.are_inside(&quad.corners) && quad.corners.iter().all(|&v| depth(v) > near)
                 };
                 for t in ranges.iter().cloned().flatten() {
                     let (triangle, mut vertices) = (t as u32, triangles.vertices[t]);
-                    let (surface, is_cutout) = (triangles.surface)(triangle);
-                    let quad = triangles.quad.filter(|_| !is_cutout).and_then(|quad| quad(triangle));
-                    let quad = quad.filter(is_whole);
-                    let mut nearest = f64::INFINITY;
-                    match quad {
-                        Some(quad) if !quad.is_first => continue,
-                        Some(Quad { corners: [a, b, c, d], .. }) => {
-                            vertices = [a, b, c];
-                            nearest = depth(d);
-                            for (cell, pixels) in each.iter_mut().enumerate() {
-                                *pixels = boxes.around(&[a, b, c, d], cell);
-                            }
+                    let quad = triangles.quad.and_then(|quad| quad(triangle)).filter(is_whole);
+                    let mut fourth = vertices[2];
+                    if let Some(Quad { corners: [a, b, c, d], is_first }) = quad {
+                        if !is_first {
+                            continue;
                         }
-                        None => {
-                            for (cell, pixels) in each.iter_mut().enumerate() {
-                                *pixels = boxes.of(triangle, vertices, cell);
-                            }
-                        }
+                        (vertices, fourth) = ([a, b, c], d);
+                    }
+                    for (cell, pixels) in each.iter_mut().enumerate() {
+                        *pixels = match &quad {
+                            Some(quad) => boxes.around(&quad.corners, cell),
+                            None => boxes.of(triangle, vertices, cell),
+                        };
                     }
                     let all = each.iter().copied().fold(PixelBox::EMPTY, PixelBox::union);
                     let Some(tiles) = tiles(view, all) else { continue };
                     let [a, b, c] = vertices.map(depth);
-                    let key = key(a.min(b).min(c).min(nearest));
+                    let key = key(a.min(b).min(c).min(depth(fourth)));
+                    let (surface, is_cutout) = (triangles.surface)(triangle);
                     let inside = if boxes.are_inside(&vertices) { Candidate::INSIDE } else { 0 };
                     let cutout = if is_cutout { Candidate::CUTOUT } else { 0 };
+                    let four = if quad.is_some() { Candidate::QUAD } else { 0 };
                     found.candidates.push(Candidate {
                         triangle,
                         nearest: f32::from_bits(key),
                         vertices,
-                        surface: surface | inside | cutout | if quad.is_some() { Candidate::QUAD } else { 0 },
+                        surface: surface | inside | cutout | four,
                         pixels: each[0],
                     });
                     if triangles.quad.is_some() {
-                        found.fourths.push(quad.map_or(vertices[2], |quad| quad.corners[3]));
+                        found.fourths.push(fourth);
                     }
                     if each.len() > 1 {
                         found.boxes.extend_from_slice(&each);
@@ -248,6 +228,12 @@ impl Bins {
             candidate.is_inside().then(|| candidate.vertices.map(|v| positions[v as usize]))
         };
         let loose = Bunches::take(view, &order, &mut tiles, corners);
+        if loose.count > 0 && triangles.quad.is_some() {
+            // What is far out of focus is drawn by triangles.
+            drop((candidates, fourths, boxes));
+            let triangles = Triangles { quad: None, ..*triangles };
+            return Self::new(simd, view, cells, positions, &triangles, stop);
+        }
         let lists = TileLists::new(tiles_x, tiles_y, &tiles);
         let brief = |&number: &u32| {
             let candidate = &candidates[number as usize];

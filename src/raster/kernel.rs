@@ -210,17 +210,15 @@ fn cover_one<S: Simd, const LOOSE: bool>(
     };
     let nearest = block.nearest[lane];
     // Quads are none of those that are loose.
-    if !LOOSE && is(block.quads) {
+    let is_quad = !LOOSE && is(block.quads);
+    if is_quad {
         functions.d = at_lens(simd, &block.last_edge, lane, batch, side);
-        match boxes {
-            Some(boxes) => {
-                scatter::draw::<_, false, true>(simd, &functions, &boxes, (visit.id, nearest), seen);
-            }
-            None => regions::draw::<_, true>(simd, &functions, batch, blocks, &visit, seen, opaque),
-        }
-        return;
     }
     match boxes {
+        Some(boxes) if is_quad => {
+            scatter::draw::<_, false, true>(simd, &functions, &boxes, (visit.id, nearest), seen);
+        }
+        None if is_quad => regions::draw::<_, true>(simd, &functions, batch, blocks, &visit, seen, opaque),
         Some(boxes) => {
             scatter::draw::<_, LOOSE, false>(simd, &functions, &boxes, (visit.id, nearest), seen);
         }

@@ -20,7 +20,7 @@ pub(super) struct Waiting {
     /// Their numbers among all candidates.
     pub numbers: [u32; LANES],
     pub candidates: [Candidate; LANES],
-    /// The fourth corners of those that are quads.
+    /// The fourth corners of those that are quads, of triangles the third once more; of no use where there are no quads.
     pub fourths: [u32; LANES],
     /// The boxes of each from the cells of the lens.
     pub boxes: Vec<PixelBox>,
@@ -61,16 +61,15 @@ impl Waiting {
         imaged
     }
 
-    /// The fourth corners of those from `first` on, if any is a quad: of triangles the third once more. And which are quads.
+    /// The places of the fourth corners of those from `first` on, if any is a quad; and which are.
     fn fourth(&self, first: usize, positions: &[DVec3]) -> (Option<Corner>, u16) {
-        let those = || self.candidates.iter().enumerate().take(self.count).skip(first);
-        let quads = those().fold(0, |quads, (lane, of)| quads | u16::from(of.is_quad()) << lane);
+        let those = self.candidates.iter().enumerate().take(self.count).skip(first);
+        let quads = those.fold(0, |quads, (lane, of)| quads | u16::from(of.is_quad()) << lane);
         if quads == 0 {
             return (None, 0);
         }
         let mut out: Corner = [[0.0; LANES]; 3];
-        for (lane, candidate) in those() {
-            let vertex = if candidate.is_quad() { self.fourths[lane] } else { candidate.vertices[2] };
+        for (lane, &vertex) in self.fourths.iter().enumerate().take(self.count).skip(first) {
             let place = positions[vertex as usize];
             (out[0][lane], out[1][lane], out[2][lane]) = (place.x, place.y, place.z);
         }

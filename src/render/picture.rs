@@ -164,19 +164,18 @@ impl<'a> Picture<'a> {
             })
             .collect();
         let has_quads = alike && !surfaces.patches.quads.is_empty();
+        let lets_through = |t: u32| cutout[surfaces.attributes[t as usize].material as usize];
         let quad = |t: u32| {
-            let quad = surfaces.patches.quads.of(t, surfaces.triangles[t as usize])?;
-            Some(Quad { corners: quad.corners, is_first: quad.is_first })
+            let (corners, is_first) = surfaces.patches.quads.of(t, surfaces.triangles[t as usize])?;
+            // Of the materials that are shown, which need not be those that patches were found by.
+            (!lets_through(t)).then_some(Quad { corners, is_first })
         };
         let triangles = Triangles {
             clusters: &clusters,
             cluster_size: Clusters::SIZE,
             vertices: &surfaces.triangles,
             quad: has_quads.then_some(&quad),
-            surface: &|t| {
-                let material = surfaces.attributes[t as usize].material;
-                (patch(surfaces, alike, t).0, cutout[material as usize])
-            },
+            surface: &|t| (patch(surfaces, alike, t).0, lets_through(t)),
         };
         let bins = Bins::new(level, &view, &cells, positions, &triangles, &stop);
         watch.lap(&mut stages.bin);

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 /// For each triangle its partner's corner, or none.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Quads(Vec<Half>);
+pub(crate) struct Quads(Vec<Option<Half>>);
 
 /// Half of a quad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,16 +23,6 @@ struct Half {
     /// Which of its own corners lies opposite to that.
     across: u8,
     is_first: bool,
-    is_some: bool,
-}
-
-/// A quad, as one of its halves sees it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Quad {
-    /// Its corners in turn; the halves share the first and the third.
-    pub corners: [u32; 4],
-    /// Whether it is drawn where its first half comes, or its second.
-    pub is_first: bool,
 }
 
 /// Most distance of the fourth corner from the plane of the others, over the longest side.
@@ -45,14 +35,10 @@ const FEW: usize = 8;
 /// Least turn at a corner.
 const TURN: f64 = 1e-3;
 
-impl Half {
-    const NONE: Self = Self { corner: 0, across: 0, is_first: false, is_some: false };
-}
-
 impl Quads {
     /// Those of triangles with these patches. None lies in two clusters, of which one may be passed over.
     pub(super) fn new(surfaces: &Surfaces, patches: &[u32]) -> Self {
-        let mut halves = vec![Half::NONE; patches.len()];
+        let mut halves = vec![None; patches.len()];
         let each = halves.par_chunks_mut(Clusters::SIZE).enumerate();
         let found = each.map(|(cluster, halves)| {
             let first = cluster * Clusters::SIZE;
@@ -61,7 +47,7 @@ impl Quads {
                 let t = first + at;
                 match joined(surfaces, [t, t + 1]).filter(|_| patches[t] == patches[t + 1]) {
                     Some(pair) => {
-                        halves[at..at + 2].copy_from_slice(&pair);
+                        halves[at..at + 2].copy_from_slice(&pair.map(Some));
                         (at, found) = (at + 2, found + 2);
                     }
                     None => at += 1,
@@ -78,12 +64,12 @@ impl Quads {
         self.0.is_empty()
     }
 
-    /// The quad that triangle `t`, with these corners, is half of.
-    #[inline(always)]
-    pub(crate) fn of(&self, t: u32, corners: [u32; 3]) -> Option<Quad> {
-        let half = self.0.get(t as usize).filter(|half| half.is_some)?;
+    /// The corners of the quad that triangle `t`, with these corners, is half of, in turn; the halves share the first and the third. And
+    /// whether it is the first half.
+    pub(crate) fn of(&self, t: u32, corners: [u32; 3]) -> Option<([u32; 4], bool)> {
+        let half = (*self.0.get(t as usize)?)?;
         let [b, c, a] = std::array::from_fn(|i| corners[(usize::from(half.across) + i) % 3]);
-        Some(Quad { corners: [a, b, c, half.corner], is_first: half.is_first })
+        Some(([a, b, c, half.corner], half.is_first))
     }
 }
 
@@ -100,12 +86,7 @@ fn joined(surfaces: &Surfaces, pair: [usize; 2]) -> Option<[Half; 2]> {
     let (of_one, of_other) = (across(one, other)?, across(other, one)?);
     let (first, last) = (one[of_one], other[of_other]);
     let corners = [first, one[(of_one + 1) % 3], last, one[(of_one + 2) % 3]];
-    let half = |corner: u32, across: usize, is_first: bool| Half {
-        corner,
-        across: across as u8,
-        is_first,
-        is_some: true,
-    };
+    let half = |corner: u32, across: usize, is_first: bool| Half { corner, across: across as u8, is_first };
     is_convex(corners.map(|v| surfaces.positions[v as usize]))
         .then(|| [half(last, of_one, true), half(first, of_other, false)])
 }
@@ -128,18 +109,17 @@ fn is_convex(corners: [DVec3; 4]) -> bool {
 mod tests {
     use super::*;
 
-    fn found(corners: [[f64; 3]; 4], triangles: [[u32; 3]; 2]) -> Option<Quad> {
+    fn found(corners: [[f64; 3]; 4], triangles: [[u32; 3]; 2]) -> Option<[u32; 4]> {
         let positions = corners.map(DVec3::from_array).to_vec();
         let surfaces = Surfaces { positions, triangles: triangles.to_vec(), ..Surfaces::default() };
         let quads = Quads::new(&surfaces, &[0, 0]);
         let [one, other] = [0, 1].map(|t: u32| quads.of(t, triangles[t as usize]));
         assert_eq!(one.is_some(), other.is_some());
-        if let (Some(one), Some(other)) = (one, other) {
-            let turned: [u32; 4] = std::array::from_fn(|i| other.corners[(i + 2) % 4]);
-            assert_eq!(one.corners, turned);
-            assert!(one.is_first && !other.is_first);
+        if let (Some((one, one_is_first)), Some((other, other_is_first))) = (one, other) {
+            assert_eq!(one, std::array::from_fn(|i| other[(i + 2) % 4]));
+            assert!(one_is_first && !other_is_first);
         }
-        one
+        one.map(|(corners, _)| corners)
     }
 
     #[test]
@@ -150,7 +130,6 @@ mod tests {
             let turn = |t: [u32; 3], by: usize| std::array::from_fn(|k| t[(k + by) % 3]);
             let quad = found(square, [turn([0, 1, 2], i), turn([0, 2, 3], j)]);
             // The halves share the first and the third.
-            let quad = quad.map(|quad| quad.corners);
             assert!(quad == Some([0, 1, 2, 3]) || quad == Some([2, 3, 0, 1]), "{quad:?}");
         }
         // Turned the other way, a fold, an arrowhead, three corners in a row.
