@@ -77,6 +77,14 @@ fn a_study_is_measured_written_and_taken_up_again() {
     fs::remove_file(study.join("converged.exr")).unwrap();
     run("48");
     assert!(read() == json && fs::read(study.join("converged.exr")).unwrap() == converged);
+    // So is one that says that it is of another scene.
+    let mut other = converged.clone();
+    let key = b"groundglass.scene_hash: ";
+    let at = other.windows(key.len()).position(|found| found == key).unwrap() + key.len();
+    other[at] ^= 1;
+    fs::write(study.join("converged.exr"), other).unwrap();
+    run("48");
+    assert!(read() == json && fs::read(study.join("converged.exr")).unwrap() == converged);
 
     // Taken up again nothing is measured twice; another study's files are kept aside.
     run("48");

@@ -3,9 +3,9 @@
 
 use super::super::{output, report};
 use exr::prelude::{ReadChannels, ReadLayers};
-use groundglass::error::{Result, Warning};
+use groundglass::error::{Error, Result, Warning};
 use groundglass::picture::{Allocation, Exposure};
-use groundglass::scene::{Files, Source};
+use groundglass::scene::{Files, Scene, Source};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::io::Cursor;
@@ -56,13 +56,23 @@ pub(super) struct Table {
 
 /// Goes on with the study of `table` that the folder holds, if it does: fills the table and gives the converged picture. Tells also
 /// whether the folder holds a study of another scene or in another way, or other files of the names that a study writes.
-pub(super) fn take_up(folder: &Path, table: &mut Table) -> (Option<Exposure>, bool) {
+pub(super) fn take_up(folder: &Path, scene: &Scene, table: &mut Table) -> (Option<Exposure>, bool) {
     // Files of these names that no study of ours goes on with are set aside, whosever they are.
     let holds_another = super::report::files().iter().any(|name| folder.join(name).exists());
     let found = kept(&folder.join("cost.json"), 16 << 20);
     let Some(found) = found.and_then(|text| serde_json::from_slice::<Table>(&text).ok()) else {
         return (None, holds_another);
     };
+    if !is_of_one(&found, table) || !found.holds() {
+        return (None, holds_another);
+    }
+    *table = found;
+    // One that is gone, or another's, is drawn again, the same bytes: what was measured against it holds.
+    (converged(&folder.join("converged.exr"), scene, table), false)
+}
+
+/// Whether two tables are of one study: of one scene, measured in one way.
+fn is_of_one(a: &Table, b: &Table) -> bool {
     let blank = |table: &Table| Table {
         measured: Vec::new(),
         converged_samples: 0,
@@ -70,13 +80,32 @@ pub(super) fn take_up(folder: &Path, table: &mut Table) -> (Option<Exposure>, bo
         baseline_seconds: None,
         ..table.clone()
     };
-    let is_ours = serde_json::to_string(&blank(&found)).ok() == serde_json::to_string(&blank(table)).ok();
-    if !is_ours || !super::study::converges_by(found.quick, found.converged_samples) {
-        return (None, holds_another);
+    serde_json::to_string(&blank(a)).ok() == serde_json::to_string(&blank(b)).ok()
+}
+
+impl Table {
+    /// Whether it can have been measured: numbers that are numbers, and no step twice.
+    fn holds(&self) -> bool {
+        let is_positive = |value: f64| value > 0.0 && value.is_finite();
+        let is_error = |value: f64| value >= 0.0 && value.is_finite();
+        let holds = |row: &Measured| {
+            [row.samples, row.seconds, row.seconds_low, row.seconds_high, row.ratio]
+                .into_iter()
+                .all(is_positive)
+                && row.seconds_low <= row.seconds
+                && row.seconds <= row.seconds_high
+                && is_error(row.true_rms)
+                && row.stated_rms.is_none_or(is_error)
+        };
+        let is_first = |(i, row): (usize, &Measured)| {
+            !self.measured[..i].iter().any(|other| (&other.way, &other.setting) == (&row.way, &row.setting))
+        };
+        super::study::converges_by(self.quick, self.converged_samples)
+            && self.converged_rms.is_none_or(is_error)
+            && self.baseline_seconds.is_none_or(is_positive)
+            && self.measured.iter().all(holds)
+            && self.measured.iter().enumerate().all(is_first)
     }
-    *table = found;
-    // One that is gone is drawn again, the same bytes: what was measured against it holds.
-    (converged(&folder.join("converged.exr"), table), false)
 }
 
 /// Moves all that another study wrote into a folder of its own, and says so.
@@ -105,15 +134,36 @@ pub(super) fn set_aside(folder: &Path) -> Result<()> {
     Ok(())
 }
 
+/// Refuses a folder in which another study was begun after this one.
+///
+/// # Errors
+/// [`groundglass::error::ErrorKind::Invalid`], naming its table, which stays.
+pub(super) fn refuse_another(folder: &Path, table: &Table) -> Result<()> {
+    let path = folder.join("cost.json");
+    let Some(text) = kept(&path, 16 << 20) else { return Ok(()) };
+    match serde_json::from_slice::<Table>(&text) {
+        Ok(found) if !is_of_one(&found, table) => {
+            Err(Error::invalid("another study was begun in this folder while this one went on")
+                .in_file(path.display().to_string())
+                .remedy("give each a folder of its own with -o"))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Writes the table as it is.
+///
+/// # Errors
+/// As for [`refuse_another`] and [`output::write_text`].
 pub(super) fn save(folder: &Path, table: &Table, read: &[PathBuf]) -> Result<()> {
+    refuse_another(folder, table)?;
     let mut text = serde_json::to_string_pretty(table).unwrap_or_default();
     text.push('\n');
     output::write_text(&folder.join("cost.json"), read, &text)
 }
 
-/// The converged picture of an earlier run, if it is there and whole.
-fn converged(path: &Path, table: &Table) -> Option<Exposure> {
+/// The converged picture of an earlier run, if it is there, whole, and says that it is of this scene and of as many samples.
+fn converged(path: &Path, scene: &Scene, table: &Table) -> Option<Exposure> {
     let (width, height) = (table.width as usize, table.height as usize);
     let area = width.checked_mul(height)?;
     // Twelve bytes a pixel, of which compression leaves hardly more at the worst, and a head.
@@ -141,9 +191,17 @@ fn converged(path: &Path, table: &Table) -> Option<Exposure> {
         .all_attributes()
         .from_buffered(Cursor::new(&bytes))
         .ok()?;
+    let samples = table.converged_samples;
+    let comments = image.layer_data.attributes.comments?.to_string();
+    let says =
+        |key: &str, value: &str| comments.lines().any(|line| line == format!("groundglass.{key}: {value}"));
+    let hash = super::study::converging(scene, samples).hash();
+    if !says("scene_hash", &hash) || !says("samples", &samples.to_string()) {
+        return None;
+    }
     let (_, pixels) = image.layer_data.channel_data.pixels;
     let is_whole = pixels.iter().flatten().all(|value| value.is_finite());
-    let samples = Allocation::Uniform(table.converged_samples);
+    let samples = Allocation::Uniform(samples);
     Exposure::from_rows(table.width, table.height, &pixels, samples).ok().filter(|_| is_whole)
 }
 
@@ -151,4 +209,67 @@ fn converged(path: &Path, table: &Table) -> Option<Exposure> {
 fn kept(path: &Path, most: u64) -> Option<Vec<u8>> {
     let files = Files::new();
     files.argument(path).and_then(|path| files.read(&path, most).map(Cow::into_owned)).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table() -> Table {
+        let measured = Measured {
+            way: "uniform".to_owned(),
+            setting: "N = 4".to_owned(),
+            samples: 4.0,
+            true_rms: 0.01,
+            stated_rms: None,
+            seconds: 0.2,
+            seconds_low: 0.1,
+            seconds_high: 0.3,
+            ratio: 0.1,
+        };
+        Table {
+            scene_hash: "a".to_owned(),
+            version: "1".to_owned(),
+            width: 2,
+            height: 2,
+            quick: true,
+            threads: 1,
+            simd: "scalar".to_owned(),
+            effects: String::new(),
+            converged_samples: 512,
+            converged_rms: None,
+            baseline_seconds: Some(0.1),
+            measured: vec![measured],
+        }
+    }
+
+    #[test]
+    fn a_table_that_cannot_have_been_measured_is_not_gone_on_with() {
+        assert!(table().holds());
+        let with = |change: fn(&mut Table)| {
+            let mut table = table();
+            change(&mut table);
+            table.holds()
+        };
+        assert!(!with(|table| table.measured[0].seconds = -1.0));
+        assert!(!with(|table| table.measured[0].seconds_high = 0.15));
+        assert!(!with(|table| table.measured[0].true_rms = f64::NAN));
+        assert!(!with(|table| table.baseline_seconds = Some(0.0)));
+        assert!(!with(|table| table.measured.extend_from_within(..)));
+        assert!(!with(|table| table.converged_samples = 513));
+    }
+
+    #[test]
+    fn a_study_does_not_write_over_one_that_was_begun_after_it() -> Result<()> {
+        let folder = tempfile::tempdir().map_err(|error| output::broken(Path::new("."), &error))?;
+        let (first, mut second) = (table(), table());
+        second.scene_hash = "b".to_owned();
+        save(folder.path(), &first, &[])?;
+        save(folder.path(), &first, &[])?;
+        let refused = save(folder.path(), &second, &[]).map_err(|error| error.to_string());
+        assert!(refused.is_err_and(|text| text.contains("another study was begun")));
+        let text = kept(&folder.path().join("cost.json"), 1 << 20).unwrap_or_default();
+        assert!(String::from_utf8_lossy(&text).contains("\"scene_hash\": \"a\""));
+        Ok(())
+    }
 }

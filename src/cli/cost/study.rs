@@ -4,7 +4,7 @@ use super::super::output;
 use super::super::probe::TWIN;
 use super::super::progress::Progress;
 use super::super::stats::{median, notes};
-use super::kept::{Measured, Table, save, set_aside, take_up};
+use super::kept::{Measured, Table, refuse_another, save, set_aside, take_up};
 use super::reference;
 use super::report::files;
 use super::ways::{Setting, Step, UNIFORM, draw, ladder, turn};
@@ -79,7 +79,7 @@ impl<'a> Study<'a> {
             baseline_seconds: None,
             measured: Vec::new(),
         };
-        let (truth, holds_another) = take_up(folder, &mut table);
+        let (truth, holds_another) = take_up(folder, scene, &mut table);
         Self {
             scene,
             table,
@@ -225,16 +225,18 @@ impl<'a> Study<'a> {
 
     /// The converged picture, of other samples than any that is measured.
     fn converge(&mut self, execution: Execution<'_>) -> Result<Exposure> {
-        let mut scene = self.planned();
-        scene.render.budget = Budget::Samples(self.table.converged_samples);
-        scene.render.seed = scene.render.seed.wrapping_add(TWIN);
+        let mut scene = converging(self.scene, self.table.converged_samples);
+        let asked = scene.render.effects;
+        scene.render.effects = self.effects();
         let (truth, _) = render(&scene, execution)?;
-        scene.render.effects = self.scene.render.effects;
+        // The picture's notes tell what was asked for.
+        scene.render.effects = asked;
         self.table.converged_rms = truth.rms_error();
         if self.holds_another {
             set_aside(self.folder)?;
             self.holds_another = false;
         }
+        refuse_another(self.folder, &self.table)?;
         let path = self.folder.join("converged.exr");
         let notes = notes(&scene, &truth, self.plan.left_out());
         output::write_whole(&path, &self.read, |file| truth.write_exr(&notes, file))?;
@@ -249,9 +251,14 @@ impl<'a> Study<'a> {
 
     /// The scene, with the effects of the plan.
     fn planned(&self) -> Scene {
-        let (mut scene, active) = (self.scene.clone(), self.plan.active());
-        scene.render.effects = EffectChoice { all: false, with: active, without: active.others() };
+        let mut scene = self.scene.clone();
+        scene.render.effects = self.effects();
         scene
+    }
+
+    fn effects(&self) -> EffectChoice {
+        let active = self.plan.active();
+        EffectChoice { all: false, with: active, without: active.others() }
     }
 
     /// The same, of a scene that is this study's and stays so.
@@ -302,6 +309,14 @@ impl<'a> Study<'a> {
             ratio,
         })
     }
+}
+
+/// The scene of the converged picture of so many samples: other ones than those of any picture that is measured.
+pub(super) fn converging(scene: &Scene, samples: u32) -> Scene {
+    let mut scene = scene.clone();
+    scene.render.budget = Budget::Samples(samples);
+    scene.render.seed = scene.render.seed.wrapping_add(TWIN);
+    scene
 }
 
 /// The most samples of a quick study's converged picture that are done in time, where one takes so long.
