@@ -264,6 +264,35 @@ fn signals_while_loading_rendering_and_writing_leave_nothing() {
     assert_eq!(names(&folder), before);
 }
 
+#[cfg(unix)]
+#[test]
+fn a_default_folder_that_another_run_took_away_is_made_again() {
+    let (_keep, folder) = textured();
+    let words = ["render", "scene.toml", "--width", "512", "--samples", "4000"];
+    let mut child = command(&folder, &words).stderr(std::process::Stdio::null()).spawn().unwrap();
+    let made = folder.join("groundglass-out");
+    let mut is_gone = false;
+    while !is_gone && child.try_wait().unwrap().is_none() {
+        is_gone = fs::remove_dir(&made).is_ok();
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    assert!(is_gone);
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert_eq!(names(&made), ["scene.png"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_pipe_is_no_file_to_replace() {
+    let (_keep, folder) = textured();
+    for name in ["blur.csv", "o.png"] {
+        let pipe = folder.join(name);
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    }
+    run(&folder, &["render", "scene.toml", "-o", "o.png"]).expect(3, &["o.png", "regular file"]);
+    run(&folder, &["stability", "-o", "."]).expect(3, &["blur.csv", "regular file"]);
+}
+
 #[test]
 fn a_width_beyond_all_memory_is_2() {
     let (_keep, folder) = textured();

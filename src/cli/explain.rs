@@ -95,7 +95,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn explain(scene: &mut Scene, execution: Execution<'_>) -> Result<Explanation> {
-    let plan = RenderPlan::new(scene);
+    let plan = machine::on_threads(execution.threads, || RenderPlan::new(scene))?;
     let (active, scene_hash) = (plan.active(), scene.hash());
     let (width, height) = (scene.render.width, scene.render.height);
     let absent = EffectName::ALL.map(|name| is_absent(&plan, scene, name));

@@ -1,5 +1,7 @@
 //! The machine and what it lets this process have: threads, memory, and the processor's time so far.
 
+use groundglass::error::{Error, ErrorKind, Result};
+
 /// User and system time of all threads of this process so far, in seconds; 0 where the system does not say.
 pub(super) fn cpu_seconds() -> f64 {
     #[cfg(unix)]
@@ -27,6 +29,19 @@ pub(super) fn threads(asked: Option<u16>) -> usize {
     let space = field(&text("/proc/self/limits"), "Max address space").unwrap_or(u64::MAX);
     let fit = usize::try_from(space / 4 / HEAP).unwrap_or(usize::MAX).max(1);
     asked.map_or(cores.min(fit), usize::from)
+}
+
+/// Does `work`, and what it shares out, on so many threads (as many as the machine has for `None`).
+///
+/// # Errors
+/// [`ErrorKind::TooLarge`] when they cannot be started: threads that are started unasked would panic then.
+pub(super) fn on_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> T + Send) -> Result<T> {
+    let pool =
+        rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build().map_err(|error| {
+            Error::new(ErrorKind::TooLarge, format!("no threads can be started: {error}"))
+                .remedy("ask for fewer --threads")
+        })?;
+    Ok(pool.install(work))
 }
 
 /// Bytes of memory that may yet be taken on so many threads: what the machine has free, and of `limit` what is not taken

@@ -24,7 +24,11 @@ pub(super) fn write_whole(
     refuse_inputs(target, read)?;
     let (temporary, file) = Temporary::create(target)?;
     let mut writer = BufWriter::new(file);
-    fill(&mut writer)?;
+    fill(&mut writer).map_err(|error| {
+        let is_told = error.kind() != ErrorKind::Io || error.remedy_text().is_some();
+        let error = error.in_file(target.display().to_string());
+        if is_told { error } else { error.remedy("see whether the disk is full, or name another place") }
+    })?;
     let failed = |error: io::Error| broken(target, &error);
     let file = writer.into_inner().map_err(|error| failed(error.into_error()))?;
     file.finish().map_err(failed)?;
@@ -292,6 +296,8 @@ mod tests {
         write_text(&target, &[], "two").unwrap();
         assert_eq!(std::fs::read_to_string(&target).unwrap(), "two");
         assert_eq!(files(folder.path()), ["a.txt"]);
+        let failed = write_whole(&target, &[], |_| Err(Error::new(ErrorKind::Io, "broken"))).unwrap_err();
+        assert!(failed.to_string().contains("a.txt") && failed.remedy_text().is_some(), "{failed}");
     }
 
     #[test]

@@ -168,16 +168,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let mut read = input.read_paths();
     read.extend(arguments.replay.clone());
     // Held to the end: a picture that is not made leaves no folder.
-    let _folder = match path.parent() {
-        Some(folder) if arguments.output.is_none() => Some(output::Folder::make(folder)?),
-        _ => None,
-    };
+    let default_folder = path.parent().filter(|_| arguments.output.is_none());
+    let _folder = default_folder.map(output::Folder::make).transpose()?;
     for (output, _) in outputs {
         output::check(output, &read)?;
     }
 
-    let plan = arguments.stats.is_some().then(|| RenderPlan::new(&scene));
-    let effects = plan.map(|plan| plan.effects().to_vec()).unwrap_or_default();
+    let effects = match arguments.stats {
+        Some(_) => machine::on_threads(Some(threads), || RenderPlan::new(&scene).effects().to_vec())?,
+        None => Vec::new(),
+    };
     let progress = Progress::new();
     let tell = |done: usize, total: usize| progress.tell("rendering", done as u64, total as u64);
     let (clock, cpu) = (Instant::now(), machine::cpu_seconds());
@@ -218,11 +218,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     })?;
 
     let notes = stats::notes(&scene, &exposure, counts.left_out);
+    // Another run that made the folder and was stopped has taken it away again.
+    let _again = default_folder.map(output::Folder::make).transpose()?;
     output::write_whole(&path, &read, |file| match format {
         Format::Png => exposure.write_png(scene.render.exposure_ev, &notes, file),
         Format::Exr => exposure.write_exr(&notes, file),
-    })
-    .map_err(|error| error.in_file(path.display().to_string()))?;
+    })?;
     if let (Some(target), None) = (error_map, exposure.rms_error()) {
         report::warnings(&[render_words::no_error_map(&input.name(), target)]);
     } else if let (Some(target), Some(format)) = (error_map, map_format) {
@@ -241,8 +242,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         output::write_whole(target, &read, |file| match format {
             Format::Png => map.write_png(gain, &notes, file),
             Format::Exr => map.write_exr(&notes, file),
-        })
-        .map_err(|error| error.in_file(target.display().to_string()))?;
+        })?;
     }
     let stats = Stats {
         width: exposure.width(),

@@ -37,6 +37,8 @@ fn check_free(map: &Path) -> Result<()> {
         ("svg", "data-part=\"cells\""),
     ] {
         let path = map.with_extension(ending);
+        // No regular file, as a pipe, is not read.
+        output::check(&path, &[])?;
         let made_here = |text: Vec<u8>| String::from_utf8_lossy(&text).contains(sign);
         if path.exists() && !std::fs::read(&path).is_ok_and(made_here) {
             return Err(Error::invalid(

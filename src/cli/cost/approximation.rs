@@ -5,6 +5,7 @@
 //! divided by the sum of their weights (M. Potmesil and I. Chakravarty, "A lens and aperture camera model for synthetic image
 //! generation", Computer Graphics 15(3), 1981, 297-305).
 
+use super::super::machine;
 use super::rows;
 use super::ways::leave_out;
 use glam::{DVec3, DVec4, Vec3};
@@ -21,7 +22,7 @@ pub(super) fn draw(scene: &mut Scene, execution: Execution<'_>) -> Result<Exposu
     let widest = |row: &[f32]| row.iter().copied().fold(0.0, f32::max);
     let most: Vec<f32> = radii.chunks(picture.width() as usize).map(widest).collect();
     let row = |j: u32| blurred(&picture, (&radii, &most), j);
-    let pixels = rows::on_threads(&execution, || rows::pixels(picture.height(), &execution, row))?;
+    let pixels = machine::on_threads(execution.threads, || rows::pixels(picture.height(), &execution, row))??;
     Exposure::from_rows(picture.width(), picture.height(), &pixels, Allocation::clone(picture.samples()))
 }
 

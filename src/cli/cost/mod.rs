@@ -74,7 +74,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         Some(_) => output::Folder::given(&folder)?,
     };
     let limits = (threads, input.room());
-    let mut study = Study::open(&scene, &folder, limits, arguments.quick, input.read_paths());
+    let mut study = Study::open(&scene, &folder, limits, arguments.quick, input.read_paths())?;
     let study = interrupt::polled(|cancel| {
         study.measure(cancel)?;
         let written = report::write(&study, &stem, &folder, cancel);

@@ -6,21 +6,6 @@ use groundglass::render::Execution;
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 
-/// Does `work` on these threads.
-///
-/// # Errors
-/// [`ErrorKind::Io`] when they cannot be started; else as `work`.
-pub(super) fn on_threads<T: Send>(
-    execution: &Execution<'_>,
-    work: impl FnOnce() -> Result<T> + Send,
-) -> Result<T> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(execution.threads.unwrap_or(0))
-        .build()
-        .map_err(|error| Error::new(ErrorKind::Io, format!("no threads can be started: {error}")))?
-        .install(work)
-}
-
 /// The pixels of `height` rows, one after the other.
 ///
 /// # Errors
@@ -51,6 +36,7 @@ pub(super) fn go_on(execution: &Execution<'_>) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::machine;
     use std::sync::atomic::AtomicBool;
 
     #[test]
@@ -58,12 +44,12 @@ mod tests {
         let flag = AtomicBool::new(false);
         let execution = Execution { threads: Some(2), cancel: Some(&flag), ..Execution::default() };
         let draw = |stop: bool| {
-            on_threads(&execution, || {
+            machine::on_threads(execution.threads, || {
                 pixels(100, &execution, |j| {
                     flag.fetch_or(stop && j == 50, Ordering::Relaxed);
                     vec![[j as f32; 3]; 2]
                 })
-            })
+            })?
         };
         assert!(draw(false)?.iter().enumerate().all(|(at, pixel)| *pixel == [(at / 2) as f32; 3]));
         assert_eq!(draw(true).map_err(|error| error.kind()), Err(ErrorKind::Cancelled));

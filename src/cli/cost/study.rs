@@ -1,5 +1,6 @@
 //! The measurements of a study: steps in, a row of the table for each out, kept in its folder as they come ([`super::kept`]).
 
+use super::super::machine;
 use super::super::output;
 use super::super::probe::TWIN;
 use super::super::progress::Progress;
@@ -57,14 +58,21 @@ pub(super) struct Study<'a> {
 
 impl<'a> Study<'a> {
     /// A new study, or the one that the folder holds when it is of the same scene in the same way.
+    ///
+    /// # Errors
+    /// As [`machine::on_threads`].
     pub(super) fn open(
         scene: &'a Scene,
         folder: &'a Path,
         limits: (usize, Option<u64>),
         quick: bool,
         read: Vec<PathBuf>,
-    ) -> Self {
-        let plan = RenderPlan::new(scene);
+    ) -> Result<Self> {
+        let (plan, not_doubled) = machine::on_threads(Some(limits.0), || {
+            let plan = RenderPlan::new(scene);
+            let not_doubled = reference::differs(scene, plan.active());
+            (plan, not_doubled)
+        })?;
         let mut table = Table {
             scene_hash: scene.hash(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -80,18 +88,7 @@ impl<'a> Study<'a> {
             measured: Vec::new(),
         };
         let (truth, holds_another) = take_up(folder, scene, &mut table);
-        Self {
-            scene,
-            table,
-            left: 0,
-            truth,
-            holds_another,
-            folder,
-            limits,
-            read,
-            not_doubled: reference::differs(scene, plan.active()),
-            plan,
-        }
+        Ok(Self { scene, table, left: 0, truth, holds_another, folder, limits, read, not_doubled, plan })
     }
 
     /// Measures what is not measured yet.
@@ -236,6 +233,8 @@ impl<'a> Study<'a> {
             set_aside(self.folder)?;
             self.holds_another = false;
         }
+        // Another run that made the folder and was stopped has taken it away again.
+        let _again = output::Folder::given(self.folder)?;
         refuse_another(self.folder, &self.table)?;
         let path = self.folder.join("converged.exr");
         let notes = notes(&scene, &truth, self.plan.left_out());
@@ -364,7 +363,7 @@ mod tests {
     fn all_pictures_of_a_study_have_the_same_effects() -> Result<()> {
         let mut scene = Input::builtin()?.load()?;
         scene.render.diffraction = true;
-        let study = Study::open(&scene, Path::new("none"), (1, None), true, Vec::new());
+        let study = Study::open(&scene, Path::new("none"), (1, None), true, Vec::new())?;
         let of = |mut scene: Scene, error: f64| {
             scene.render.budget = Budget::MaxError(error);
             RenderPlan::new(&scene).active()

@@ -8,6 +8,7 @@
 mod surface;
 mod tree;
 
+use super::super::machine;
 use super::rows;
 use glam::DVec3;
 use groundglass::error::Result;
@@ -59,11 +60,11 @@ pub(super) fn draw(
     execution: Execution<'_>,
 ) -> Result<Exposure> {
     let (width, height) = (scene.render.width, scene.render.height);
-    let pixels = rows::on_threads(&execution, || {
+    let pixels = machine::on_threads(execution.threads, || {
         let tree = Tree::new(&scene.surfaces);
         let pixel = |i: u32, j: u32| pixel(scene, &tree, filter, samples, (i, j)).as_vec3().to_array();
         rows::pixels(height, &execution, |j| (0..width).map(|i| pixel(i, j)).collect())
-    })?;
+    })??;
     Exposure::from_rows(width, height, &pixels, Allocation::Uniform(samples))
 }
 
