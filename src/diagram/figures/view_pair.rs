@@ -16,7 +16,8 @@ use crate::diagram::theme::{self, broken, solid};
 use crate::diagram::words::exact;
 use crate::error::{Error, Result};
 use crate::geometry::{Line, Plane};
-use glam::DVec3;
+use crate::optics::Optics;
+use glam::{DVec3, DVec4};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -86,7 +87,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let is_ground = ground.e.is_finite() && is_same(focus, ground);
     let meets = ground.e.is_finite() && !is_ground;
     let line = meets.then(|| Line::meet(focus, ground)).filter(|line| !line.is_at_infinity());
-    let is_shown = line.is_some_and(|line| shown(&scene, line, [0.0, 0.0, shape, 1.0]).is_some());
+    let is_shown = line.is_some_and(|line| shown(scene.optics, line, [0.0, 0.0, shape, 1.0]).is_some());
     let meeting = match line {
         Some(_) if is_shown => "Solid in the picture: where the focus plane meets the ground.",
         Some(_) => "The focus plane meets the ground outside of the picture.",
@@ -180,7 +181,7 @@ fn marked(scene: &Scene, raster: Raster, line: Option<Line>) -> Group {
         let shapes = [Shape::line(a, b, under), Shape::line(a, b, over)];
         items.push(Item::Group(Group::of("section-line", shapes.into_iter().map(Item::Shape).collect())));
     }
-    if let Some((a, b)) = line.and_then(|line| shown(scene, line, bounds)) {
+    if let Some((a, b)) = line.and_then(|line| shown(scene.optics, line, bounds)) {
         let shapes = [Shape::line(a, b, solid(LIGHT, 1.0)), Shape::line(a, b, solid(theme.focus.line, 0.6))];
         items.push(Item::Group(Group::of("sharp-line", shapes.into_iter().map(Item::Shape).collect())));
     }
@@ -206,30 +207,77 @@ fn seen(scene: &Scene, bounds: [f64; 4], p: DVec3) -> Option<Point> {
     (clip.w > 0.0).then(|| [middle[0] + half[0] * clip.x / clip.w, middle[1] - half[1] * clip.y / clip.w])
 }
 
-/// What of a line of the world lies in a picture with these bounds.
-fn shown(scene: &Scene, line: Line, bounds: [f64; 4]) -> Option<(Point, Point)> {
-    let panel = Panel { frame: bounds, scale: 1.0, origin: [bounds[0], bounds[1]] };
-    let (a, b) = visible(line, scene.optics.world_from_lens().origin, &|p| seen(scene, bounds, p))?;
-    panel.clip_segment(a, b)
+/// What of a line of the world lies in a picture with these bounds: clipped before it is divided by `w`, so that a line that
+/// runs to the horizon ends there.
+fn shown(optics: &Optics, line: Line, bounds: [f64; 4]) -> Option<(Point, Point)> {
+    let unit = line.normalized();
+    let eye = optics.world_from_lens().origin;
+    let foot = unit.direction.cross(unit.moment);
+    // From the point of the line nearest to the camera, in steps of its distance.
+    let near = foot + unit.direction * unit.direction.dot(eye - foot);
+    let step = unit.direction * (near - eye).length().max(1e-6);
+    let projection = optics.projection_from_world(0.0, 0.0);
+    let way = DVec4::from_array(projection.rows.map(|row| row.truncate().dot(step)));
+    let start = projection.project(near);
+    let (low, high) = inside(start, way)?;
+    let (middle, half) = halves(bounds);
+    // Where it lies in the picture as far as it goes, its end is where its direction is seen.
+    let at = |t: f64| if t.is_finite() { start + way * t } else { way * t.signum() };
+    let seen = |clip: DVec4| {
+        (clip.w > 0.0).then(|| [middle[0] + half[0] * clip.x / clip.w, middle[1] - half[1] * clip.y / clip.w])
+    };
+    seen(at(low)).zip(seen(at(high)))
 }
 
-/// The ends of the longest piece of a line of the world that lies before the camera, as it is seen; its image is straight.
-fn visible(line: Line, eye: DVec3, seen: &impl Fn(DVec3) -> Option<Point>) -> Option<(Point, Point)> {
-    let unit = line.normalized();
-    // Relative to the point of the line nearest to the camera, in steps that grow with the distance.
-    let foot = unit.direction.cross(unit.moment);
-    let near = foot + unit.direction * unit.direction.dot(eye - foot);
-    let reach = (near - eye).length().max(1e-6);
-    let at = |i: i32| near + unit.direction * (reach * libm::tan(f64::from(i) * 0.007));
-    let shown: Vec<Point> =
-        (-220..=220).filter_map(|i| seen(at(i))).filter(|p| p.iter().all(|x| x.abs() < 1e5)).collect();
-    Some((*shown.first()?, *shown.last()?))
+/// Between which `t` the point `start + way t` of clip space lies in the picture: `|x| <= w` and `|y| <= w`.
+fn inside(start: DVec4, way: DVec4) -> Option<(f64, f64)> {
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    for side in [DVec4::X, DVec4::NEG_X, DVec4::Y, DVec4::NEG_Y].map(|axis| axis + DVec4::W) {
+        let (value, slope) = (side.dot(start), side.dot(way));
+        let limit = -value / slope;
+        if slope > 0.0 {
+            low = low.max(limit);
+        } else if slope < 0.0 {
+            high = high.min(limit);
+        } else if value < 0.0 {
+            return None;
+        }
+    }
+    (low < high).then_some((low, high))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
+    use crate::camera::{Aperture, Camera, FilmSize, Standard};
+    use crate::quantity::{FNumber, Length};
+
+    /// A camera that looks level along -z from 1.6 m, and lines on the ground.
+    #[test]
+    fn a_line_to_the_horizon_ends_there() -> crate::error::Result<()> {
+        let camera = Camera {
+            rail: Camera::rail_frame(DVec3::Y * 1.6, DVec3::new(0.0, 1.6, -1.0), DVec3::Y)?,
+            front: Standard::default(),
+            rear: Standard::default(),
+            extension: Length::millimetres(705.0),
+            focal_length: Length::millimetres(700.0),
+            aperture: Aperture::FNumber(FNumber::new(8.0)?),
+            film: FilmSize { width: Length::millimetres(36.0), height: Length::millimetres(24.0) },
+            near: Length::millimetres(10.0),
+        };
+        let optics = Optics::new(&camera)?;
+        let meet = |m: DVec3, e: f64| Line::meet(Plane { m, e }, Plane { m: DVec3::Y, e: 0.0 });
+        let bounds = [0.0, 0.0, 36.0, 24.0];
+        // x = 3, away from the camera: to the vanishing point, in the middle of the picture.
+        let ends = shown(&optics, meet(DVec3::X, -3.0), bounds).map(|(a, b)| [a, b]);
+        let horizon = |p: &Point| (p[0] - 18.0).abs() < 1e-9 && (p[1] - 12.0).abs() < 1e-9;
+        assert!(ends.is_some_and(|ends| ends.iter().filter(|p| horizon(p)).count() == 1), "{ends:?}");
+        // Across, 200 m away: from edge to edge; behind the camera: not at all.
+        let ends = shown(&optics, meet(DVec3::Z, 200.0), bounds).map(|(a, b)| [a[0], b[0]]);
+        assert!(ends.is_some_and(|[a, b]| (a - b).abs() > 36.0 - 1e-9), "{ends:?}");
+        assert!(shown(&optics, meet(DVec3::Z, -200.0), bounds).is_none());
+        Ok(())
+    }
 
     #[test]
     fn planes_are_one_whichever_side_they_show() {
