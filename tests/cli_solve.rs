@@ -200,3 +200,19 @@ fn what_has_no_solution_says_which_limit_and_what_can_be_had() {
         run(&folder, &[verb, "scene.toml"]).expect(2, &["scene.toml:9:", "focus.plane", "lens centre"]);
     }
 }
+
+#[test]
+fn a_solution_replaces_scenes_alone() {
+    let (_keep, folder) = folder(program::CAMERA);
+    for other in [
+        "camera, lens\n1, 2\n",
+        "camera notes\n",
+        "kind = \"side-view\"\n[camera]\nfocal_length_mm = 150\n",
+        "camera = \"a Sinar\"\n",
+    ] {
+        fs::write(folder.join("o.toml"), other).unwrap();
+        let words = ["solve", "scene.toml", "--distance", "8", "--write", "o.toml"];
+        run(&folder, &words).expect(2, &["o.toml", "no scene"]);
+        assert_eq!(fs::read_to_string(folder.join("o.toml")).unwrap(), other);
+    }
+}

@@ -215,7 +215,11 @@ fn write(input: &input::Input, camera: &Camera, target: &Path) -> Result<()> {
     // The scene itself may be replaced by its solution, but nothing that is no scene.
     let is_scene = || {
         let text = std::fs::read_to_string(target).unwrap_or_default();
-        text.lines().any(|line| line.trim_start().trim_start_matches('[').trim_start().starts_with("camera"))
+        let table: Option<toml::Table> = text.parse().ok();
+        // A figure file, which has a kind, may have a camera too.
+        table.is_some_and(|table| {
+            table.get("camera").is_some_and(toml::Value::is_table) && !table.contains_key("kind")
+        })
     };
     if target.is_file() && !output::is_same(target, &input.path) && !is_scene() {
         return Err(Error::invalid("there is a file of this name already, and it is no scene")

@@ -2,7 +2,8 @@
 
 use crate::camera::{Camera, Standard};
 use crate::error::{Error, Result};
-use toml_edit::{DocumentMut, Item, TableLike, value};
+use std::ops::Range;
+use toml_edit::{Document, DocumentMut, Item, Key, TableLike, TomlError, value};
 
 /// The text of a scene file with the movements and the extension of `camera`, and without a focus target.
 ///
@@ -12,8 +13,9 @@ use toml_edit::{DocumentMut, Item, TableLike, value};
 /// # Errors
 /// [`crate::error::ErrorKind::Invalid`] when the text is not a scene file.
 pub fn with_movements(text: &str, camera: &Camera, mesh_path: impl Fn(&str) -> String) -> Result<String> {
-    let mut document: DocumentMut =
-        text.parse().map_err(|error| Error::invalid(format!("not TOML: {error}")))?;
+    let not_toml = |error: TomlError| Error::invalid(format!("not TOML: {error}"));
+    let text = without_target(text, &Document::parse(text).map_err(not_toml)?);
+    let mut document: DocumentMut = text.parse().map_err(not_toml)?;
     let root = document
         .get_mut("camera")
         .and_then(Item::as_table_like_mut)
@@ -22,16 +24,70 @@ pub fn with_movements(text: &str, camera: &Camera, mesh_path: impl Fn(&str) -> S
     for (name, standard) in [("front", &camera.front), ("rear", &camera.rear)] {
         write_standard(root, name, standard);
     }
-    if let Some(focus) = document.get_mut("focus").and_then(Item::as_table_like_mut) {
-        for key in ["distance_m", "plane", "points_m", "adjust"] {
-            focus.remove(key);
-        }
-        if focus.is_empty() {
-            document.remove("focus");
-        }
-    }
     rename_meshes(&mut document, &mesh_path);
     Ok(document.to_string())
+}
+
+/// The keys of the focus target.
+const TARGET: [&str; 4] = ["distance_m", "plane", "points_m", "adjust"];
+
+/// The text without the lines of the focus target, and of a table that has nothing else; comments of lines of their own stay, as a
+/// title before the table may be the file's.
+fn without_target(text: &str, document: &Document<&str>) -> String {
+    let Some((name, focus)) = document.get_key_value("focus") else { return text.to_owned() };
+    let Some(table) = focus.as_table_like() else { return text.to_owned() };
+    let is_target = |key: &str| TARGET.contains(&key);
+    let is_whole = table.iter().all(|(key, _)| is_target(key));
+    let mut cuts: Vec<Range<usize>> = Vec::new();
+    match focus {
+        Item::Table(table) => {
+            for (key, item) in table.iter().filter(|(key, _)| is_target(key)) {
+                lines_of(text, table.key(key), item, &mut cuts);
+            }
+            if is_whole && !table.is_dotted() {
+                cuts.extend(lines(text, table.span()));
+            }
+        }
+        _ if is_whole => lines_of(text, Some(name), focus, &mut cuts),
+        // Within one line keys come and go without comments.
+        _ => {
+            let mut document = document.clone().into_mut();
+            if let Some(table) = document.get_mut("focus").and_then(Item::as_table_like_mut) {
+                for key in TARGET {
+                    table.remove(key);
+                }
+            }
+            return document.to_string();
+        }
+    }
+    cuts.sort_by_key(|cut| cut.start);
+    let mut kept = String::with_capacity(text.len());
+    let mut done = 0;
+    for cut in cuts {
+        kept.push_str(text.get(done..cut.start).unwrap_or_default());
+        done = cut.end.max(done);
+    }
+    kept.push_str(&text[done..]);
+    kept
+}
+
+/// The lines that a key and its item take, in whatever form it is written.
+fn lines_of(text: &str, key: Option<&Key>, item: &Item, cuts: &mut Vec<Range<usize>>) {
+    if let Item::Table(table) = item {
+        table.iter().for_each(|(key, item)| lines_of(text, table.key(key), item, cuts));
+        if !table.is_dotted() {
+            cuts.extend(lines(text, table.span()));
+        }
+    } else if let Some((key, item)) = key.and_then(Key::span).zip(item.span()) {
+        cuts.extend(lines(text, Some(key.start..item.end)));
+    }
+}
+
+/// The whole lines that these bytes lie on.
+fn lines(text: &str, bytes: Option<Range<usize>>) -> Option<Range<usize>> {
+    let Range { start, end } = bytes?;
+    let start = text[..start].rfind('\n').map_or(0, |at| at + 1);
+    Some(start..text[end..].find('\n').map_or(text.len(), |at| end + at + 1))
 }
 
 fn write_standard(root: &mut dyn TableLike, name: &str, standard: &Standard) {
@@ -51,7 +107,8 @@ fn write_standard(root: &mut dyn TableLike, name: &str, standard: &Standard) {
         for (key, number) in wanted {
             let before = table.get(key).and_then(number_of).unwrap_or(0.0);
             // Rise and shift pass through metres; a last-digit change of them is no movement.
-            if (before - number).abs() > 1e-12 * number.abs() {
+            let rounding = if key.ends_with("_mm") { 1e-12 * number.abs() } else { 0.0 };
+            if (before - number).abs() > rounding {
                 set(table, key, number);
             }
         }
@@ -134,6 +191,51 @@ mod tests {
             assert!(out.contains(added), "{out}");
         }
         assert!(!out.contains("plane") && !out.contains("swing"), "{out}");
+    }
+
+    #[test]
+    fn comments_before_the_target_stay() {
+        let rest = "[camera]\nextension_mm = 1\n";
+        for (focus, want) in [
+            (
+                "# title\n\n# target\n[focus] # goes\n# far\ndistance_m = 3 # goes\n# end\n",
+                "# title\n\n# target\n# far\n# end\n",
+            ),
+            (
+                "# title\n[focus]\nplane.point_m = [\n  0, # x\n  0, 0]\n# n\nplane.normal = [0, 1, 0]\n",
+                "# title\n# n\n",
+            ),
+            (
+                "# title\n[focus]\n# kept\ncircle_of_confusion_mm = 0.1\n",
+                "# title\n[focus]\n# kept\ncircle_of_confusion_mm = 0.1\n",
+            ),
+            ("# title\nfocus.distance_m = 3\n# b\nfocus.adjust = \"rear\"\n", "# title\n# b\n"),
+            ("# title\r\nfocus = { distance_m = 3, adjust = \"front\" }\r\n# b\r\n", "# title\r\n# b\r\n"),
+            (
+                "# title\nfocus = { distance_m = 3, circle_of_confusion_mm = 0.1 }\n",
+                "# title\nfocus = { circle_of_confusion_mm = 0.1 }\n",
+            ),
+            (
+                "# title\n[focus]\nadjust = \"front\"\n[focus.plane]\n# p\npoint_m = [0, 0, 0]\nnormal = [0, 1, 0]\n",
+                "# title\n# p\n",
+            ),
+        ] {
+            let text = format!("{focus}{rest}");
+            let out = without_target(&text, &Document::parse(text.as_str()).unwrap());
+            assert_eq!(out.strip_suffix(rest), Some(want), "{text}");
+        }
+        let last =
+            without_target("[focus]\ndistance_m = 3", &Document::parse("[focus]\ndistance_m = 3").unwrap());
+        assert_eq!(last, "");
+    }
+
+    #[test]
+    fn the_last_digit_of_an_angle_is_written() {
+        let mut camera = camera();
+        camera.front.tilt = Angle::degrees(6.500000000000001);
+        let text = "[camera]\nextension_mm = 1\n[camera.front]\ntilt_deg = 6.5\n[camera.rear]\nrise_mm = 12.000000000000002\n";
+        let out = with_movements(text, &camera, str::to_owned).unwrap();
+        assert!(out.contains("6.500000000000001") && out.contains("12.000000000000002"), "{out}");
     }
 
     #[test]
