@@ -12,6 +12,7 @@ use std::fmt::Write;
 pub(crate) fn length(metres: f64) -> String {
     match metres.abs() {
         0.0 => "0 mm".to_owned(),
+        v if v < 1e-7 => format!("{:.3e} mm", metres * 1e3),
         v if v < 1e-3 => format!("{:.4} mm", metres * 1e3),
         v if v < 1.0 => format!("{:.2} mm", metres * 1e3),
         v if v < 1e4 => format!("{metres:.3} m"),
@@ -104,14 +105,11 @@ fn plane_words(plane: Plane, optics: &Optics, up: DVec3) -> String {
     if unit.m == DVec3::ZERO {
         return "at infinity".to_owned();
     }
-    let cut = plane.meet_ray(DVec3::ZERO, optics.axis());
-    let along = cut.xyz.dot(optics.axis()) / cut.w;
-    let cuts = if cut.w == 0.0 || !along.is_finite() || along.abs() > 1e9 {
-        "runs parallel to the lens axis".to_owned()
-    } else if along < 0.0 {
-        format!("cuts the lens axis {} behind the lens", length(-along))
-    } else {
-        format!("cuts the lens axis {} in front of the lens", length(along))
+    let cuts = match optics.axis_crossing(plane) {
+        None if unit.m.dot(optics.axis()).abs() > 1e-6 * unit.m.length() => return "at infinity".to_owned(),
+        None => "runs parallel to the lens axis".to_owned(),
+        Some(along) if along < 0.0 => format!("cuts the lens axis {} behind the lens", length(-along)),
+        Some(along) => format!("cuts the lens axis {} in front of the lens", length(along)),
     };
     let world = optics.world_from_lens().vector(unit.m);
     let from_vertical = libm::acos(world.dot(up).abs().min(1.0));
@@ -170,7 +168,13 @@ pub(crate) fn optics_words(optics: &Optics, circle_of_confusion: f64, up: DVec3)
         Some(dof) => {
             say("circle of conf.", format!("{} on the film", length(circle_of_confusion)));
             say("near limit", plane_words(dof.near, optics, up));
-            say("far limit", plane_words(dof.far, optics, up));
+            let far = plane_words(dof.far, optics, up);
+            let [n, f] = [dof.near, dof.far].map(|limit| optics.axis_crossing(limit));
+            let is_beyond = n.is_some_and(|n| n > 0.0) && f.is_some_and(|f| f < 0.0);
+            say(
+                "far limit",
+                if is_beyond { format!("beyond infinity on the lens axis: its plane {far}") } else { far },
+            );
             let (near, far) = (dof.near.m, dof.far.m);
             // Both face the same way, so an angle of more than 90 degrees is one.
             let angle = libm::atan2(near.cross(far).length(), near.dot(far));
@@ -211,7 +215,12 @@ fn sensitivity(optics: &Optics) -> String {
 fn image_circle(optics: &Optics) -> String {
     let (angle, diameter) = optics.coverage();
     if diameter == f64::INFINITY {
-        return format!("no lens covers the film ({} of coverage)", degrees(2.0 * angle));
+        let why = if angle < std::f64::consts::FRAC_PI_2 {
+            "the lens axis does not meet the film's plane: no circle about it holds the film"
+        } else {
+            "no lens covers the film"
+        };
+        return format!("{why} ({} of coverage)", degrees(2.0 * angle));
     }
     format!("the film needs {} about the lens axis ({} of coverage)", length(diameter), degrees(2.0 * angle))
 }

@@ -5,8 +5,7 @@ use super::section::{Pierce, View};
 use super::whereabouts::cut;
 use super::words::{length, short};
 use crate::camera::{Camera, Standard};
-use crate::geometry::{Line, Plane};
-use glam::DVec3;
+use crate::geometry::Line;
 
 /// Short facts for the caption; variables between asterisks.
 pub(crate) fn lines(scene: &Scene, circle: f64) -> Vec<String> {
@@ -72,15 +71,8 @@ fn movements(standard: &Standard) -> Option<String> {
 }
 
 /// Where the axis meets a plane, metres ahead; `None` when it does not.
-fn on_axis(scene: &Scene, plane: Plane) -> Option<f64> {
-    let a = scene.optics.axis();
-    let at = plane.meet_ray(DVec3::ZERO, a);
-    let t = a.dot(at.xyz) / at.w;
-    (t.is_finite() && t.abs() < 1e9 * scene.optics.focal_length()).then_some(t)
-}
-
 fn focus(scene: &Scene) -> String {
-    match on_axis(scene, scene.optics.focus_plane()) {
+    match scene.optics.axis_crossing(scene.optics.focus_plane()) {
         Some(t) if t > 0.0 => format!("focused at {} on the axis", length(t)),
         Some(_) => "focus plane does not cross the axis ahead".to_owned(),
         None if scene.optics.hinge_line().is_at_infinity() => "focused at infinity".to_owned(),
@@ -90,8 +82,8 @@ fn focus(scene: &Scene) -> String {
 
 fn depth(scene: &Scene) -> Option<String> {
     let depth = scene.depth?;
-    let near = on_axis(scene, depth.near).filter(|&t| t > 0.0)?;
-    Some(match on_axis(scene, depth.far).filter(|&t| t > 0.0) {
+    let near = scene.optics.axis_crossing(depth.near).filter(|&t| t > 0.0)?;
+    Some(match scene.optics.axis_crossing(depth.far).filter(|&t| t > 0.0) {
         Some(far) => format!("sharp from {} to {}", length(near.min(far)), length(near.max(far))),
         None => format!("sharp from {} to infinity", length(near)),
     })

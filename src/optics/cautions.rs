@@ -1,18 +1,29 @@
 //! What a photographer should know before using a camera. In: optics. Out: sentences; and the lens's coverage.
 
 use super::Optics;
-use glam::DVec3;
+use crate::geometry::Plane;
 
 /// A lens that covers more than this from side to side is rare.
 const WIDE_DEGREES: f64 = 105.0;
 
-/// Focal lengths beyond which a plane's crossing of the axis is said to be at infinity.
-const PARALLEL: f64 = 1e9;
+/// The cosine below which a plane is parallel to the axis but for rounding, and the focal lengths beyond which it lies at infinity.
+const PARALLEL: f64 = 1e-9;
+const INFINITE: f64 = 1e12;
 
 impl Optics {
+    /// Where a plane of lens space crosses the lens axis: metres before the lens centre, negative behind it; none where it is
+    /// parallel to the axis or lies at infinity, but for rounding.
+    pub fn axis_crossing(&self, plane: Plane) -> Option<f64> {
+        let (along, size) = (plane.m.dot(self.axis()), plane.m.length());
+        let is_parallel = along.abs() <= PARALLEL * size;
+        let is_infinite = size * self.focal_length() * INFINITE <= plane.e.abs();
+        let crossing = -plane.e / along;
+        (!is_parallel && !is_infinite && crossing.is_finite()).then_some(crossing)
+    }
+
     /// The largest angle from the lens axis to a film corner, radians, and the diameter of the image circle that the film needs,
     /// metres: of the cone about the axis with that angle, square to the axis where this meets the film; infinite where a corner lies
-    /// beside or before the lens, or the film along the axis.
+    /// beside or before the lens, or the axis does not meet the film's plane behind it.
     pub fn coverage(&self) -> (f64, f64) {
         let film = self.camera().film;
         let (w, h) = (0.5 * film.width.as_metres(), 0.5 * film.height.as_metres());
@@ -22,8 +33,8 @@ impl Optics {
             libm::atan2(back.cross(corner).length(), back.dot(corner))
         };
         let angle = [(w, h), (w, -h), (-w, h), (-w, -h)].map(off_axis).into_iter().fold(0.0, f64::max);
-        let distance = (self.film_plane().e / self.film_normal().dot(self.axis())).abs();
-        let is_a_circle = angle < std::f64::consts::FRAC_PI_2 && distance.is_finite();
+        let distance = self.film_plane().e / self.film_normal().dot(self.axis());
+        let is_a_circle = angle < std::f64::consts::FRAC_PI_2 && distance > 0.0 && distance.is_finite();
         (angle, if is_a_circle { 2.0 * distance * libm::tan(angle) } else { f64::INFINITY })
     }
 
@@ -40,11 +51,8 @@ impl Optics {
                 angle.to_degrees()
             ));
         }
-        // The focus plane crosses the axis behind the lens: what lies before the lens on it is out of focus. Farther off than
-        // this it is parallel to the axis but for rounding.
-        let cut = self.focus_plane().meet_ray(DVec3::ZERO, self.axis());
-        let along = cut.xyz.dot(self.axis()) / cut.w;
-        if along < 0.0 && along > -PARALLEL * self.focal_length() {
+        // The focus plane crosses the axis behind the lens: what lies before the lens on it is out of focus.
+        if self.axis_crossing(self.focus_plane()).is_some_and(|along| along < 0.0) {
             list.push("the focus plane crosses the lens axis behind the lens".to_owned());
         }
         list
@@ -56,26 +64,40 @@ mod tests {
     use super::*;
     use crate::camera::{Aperture, Camera, FilmSize, Standard};
     use crate::quantity::{Angle, FNumber, Length};
+    use glam::DVec3;
+
+    fn optics(front_rise: f64, [front_tilt, rear_tilt]: [f64; 2]) -> Optics {
+        let camera = Camera {
+            rail: Camera::rail_frame(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y).unwrap(),
+            front: Standard {
+                rise: Length::millimetres(front_rise),
+                tilt: Angle::degrees(front_tilt),
+                ..Standard::default()
+            },
+            rear: Standard { tilt: Angle::degrees(rear_tilt), ..Standard::default() },
+            extension: Length::millimetres(150.0),
+            focal_length: Length::millimetres(150.0),
+            aperture: Aperture::FNumber(FNumber::new(5.6).unwrap()),
+            film: FilmSize { width: Length::millimetres(120.0), height: Length::millimetres(96.0) },
+            near: Length::millimetres(10.0),
+        };
+        Optics::new(&camera).unwrap()
+    }
+
+    #[test]
+    fn planes_far_away_cross_the_axis_and_parallel_ones_do_not() {
+        let optics = optics(0.0, [0.0; 2]);
+        let crossing = |m: DVec3, e: f64| optics.axis_crossing(Plane { m, e });
+        assert_eq!(crossing(DVec3::Z, 1e10), Some(1e10));
+        assert_eq!(crossing(DVec3::Z * 2.0, -3.0), Some(-1.5));
+        assert_eq!(crossing(DVec3::new(0.0, 1.0, 1e-10), 1.0), None);
+        assert_eq!(crossing(DVec3::Z * 1e-17, 1.0), None);
+        assert_eq!(crossing(DVec3::ZERO, 1.0), None);
+    }
 
     #[test]
     fn the_image_circle_is_measured_square_to_the_lens_axis() {
-        let of = |front_rise: f64, [front_tilt, rear_tilt]: [f64; 2]| {
-            let camera = Camera {
-                rail: Camera::rail_frame(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y).unwrap(),
-                front: Standard {
-                    rise: Length::millimetres(front_rise),
-                    tilt: Angle::degrees(front_tilt),
-                    ..Standard::default()
-                },
-                rear: Standard { tilt: Angle::degrees(rear_tilt), ..Standard::default() },
-                extension: Length::millimetres(150.0),
-                focal_length: Length::millimetres(150.0),
-                aperture: Aperture::FNumber(FNumber::new(5.6).unwrap()),
-                film: FilmSize { width: Length::millimetres(120.0), height: Length::millimetres(96.0) },
-                near: Length::millimetres(10.0),
-            };
-            Optics::new(&camera).unwrap().coverage()
-        };
+        let of = |front_rise: f64, tilts: [f64; 2]| optics(front_rise, tilts).coverage();
         let near = |(angle, circle): (f64, f64), off: f64, back: f64| {
             assert!((angle - libm::atan2(off, back)).abs() < 1e-12, "{angle}");
             assert!((circle - 2.0 * 0.15 * off / back).abs() < 1e-12, "{circle}");
