@@ -184,6 +184,9 @@ fn what_falls_off_the_page_is_said() {
     fs::write(folder.join("cut.toml"), plot).unwrap();
     run(&folder, &["diagram", "cut.toml"])
         .expect(0, &["warning: cut.toml: some of the points lie off the page"]);
+    fs::write(folder.join("cut.toml"), format!("{plot}[[guide]]\ny = 9\n")).unwrap();
+    run(&folder, &["diagram", "cut.toml"])
+        .expect(0, &["warning: cut.toml: some of the guides lie off the page"]);
     // One of several cameras', by what it differs in; little tilts have a page of their own scale.
     let sweep = |tilts: &str| {
         format!(

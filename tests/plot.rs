@@ -413,3 +413,16 @@ fn wrong_charts_name_line_key_and_remedy() {
     }
     assert!(draw("kind = \"plot\"\n", Changes::default()).is_err());
 }
+
+#[test]
+fn labels_are_as_they_are_written_and_points_at_one_place_are_seen() {
+    let text = "kind = \"plot\"\ndata = \"ids.csv\"\n[x]\nmin = 0\nmax = 9\n[y]\nmin = 0\nmax = 9\n[[series]]\nname = \"a\"\n\
+                x_column = \"n\"\ny_column = \"n\"\nlabels_column = \"id\"\n";
+    let source = Memory::new().with("ids.csv", "n,id\n5,007\n5,\n".as_bytes());
+    let document = Document::from_bytes(text.as_bytes(), "plot.toml").unwrap();
+    let figure = FigureFile::from_document(document).unwrap();
+    let svg = figure.draw(&source, "".as_ref(), Changes::default()).unwrap().to_svg().unwrap();
+    let tree = roxmltree::Document::parse(&svg).unwrap();
+    assert!(svg.contains("007"), "{svg}");
+    assert!(tree.descendants().any(|n| n.attribute("data-part") == Some("marker")), "{svg}");
+}

@@ -111,6 +111,7 @@ impl FigureFile {
         for (part, whose) in crate::diagram::beyond(&figure.list.items) {
             input.warn(match part {
                 "some-points" => "some of the points lie off the page".to_owned(),
+                "some-guides" => "some of the guides lie off the page".to_owned(),
                 "some-of-front" => "some of the front lies off the film".to_owned(),
                 part => format!("the {}{whose} lies off the page", part.replace('-', " ")),
             });

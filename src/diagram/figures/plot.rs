@@ -120,7 +120,7 @@ fn settle(
         .enumerate()
         .map(|(i, (series, keys))| (series.clone(), look(&page.theme, i, keys, series, &x, &y)))
         .collect();
-    Ok(Chart { panel, x, y, x_ticks, y_ticks, series, guides })
+    Ok(Chart { panel, x, y, x_ticks, y_ticks, series, all_guides: guides.len() == keys.guide.len(), guides })
 }
 
 fn look(theme: &Theme, i: usize, keys: &SeriesKeys, series: &Series, x: &Axis, y: &Axis) -> Look {
@@ -129,12 +129,15 @@ fn look(theme: &Theme, i: usize, keys: &SeriesKeys, series: &Series, x: &Axis, y
     let dash = DASHES.get((i + i / hues.len()) % DASHES.len()).copied().unwrap_or_default();
     let at = |p: &DataPoint| [x.page(p.x), y.page(p.y)];
     let apart = series.points.windows(2).all(|w| distance(at(&w[0]), at(&w[1])) >= APART);
+    // Of a line that goes nowhere nothing would be seen.
+    let first = series.points.first().map(at);
+    let still = first.is_some_and(|first| series.points.iter().all(|p| distance(at(p), first) < APART));
     Look {
         hue,
         stroke: Stroke { dash, round: true, ..solid(hue.line, LINE) },
         marker: i % 12,
         line: keys.line,
-        markers: keys.markers.unwrap_or(apart || !keys.line),
+        markers: keys.markers.unwrap_or(apart || still || !keys.line),
     }
 }
 
@@ -184,6 +187,9 @@ fn paint(keys: &Keys, chart: Chart, mut sheet: Sheet, names: Names) -> Result<Fi
     let theme = *sheet.theme;
     let mut items = Vec::new();
     items.push(grid(&chart, &theme));
+    if !chart.all_guides {
+        items.push(Item::Group(Group::off_page("some-guides", "beyond")));
+    }
     for guide in &chart.guides {
         let stroke = Stroke { dash: theme::DASHED, ..solid(theme.quiet, theme::THIN) };
         let [a, b] = guide.ends;

@@ -110,6 +110,8 @@ impl Range {
             let slack = 1e-9 * (b - a) + rounding(a.abs().max(b.abs()));
             u >= a - slack && u <= b + slack
         };
+        // One value on an axis does not tell how it runs.
+        let are_enough = |values: &Vec<f64>| values.iter().filter(|&&v| inside(v)).count() >= 2;
         let majors: Vec<f64> = match (given.is_empty(), self.scale) {
             (false, _) => {
                 let mut rising = given.to_vec();
@@ -117,15 +119,15 @@ impl Range {
                 rising.dedup();
                 rising
             }
-            (true, Scale::Linear) => self.steps(room),
-            (true, Scale::Log) => {
-                // Within a decade what stands on an axis of several may not tell how it runs.
-                let are_enough = |values: &Vec<f64>| values.iter().filter(|&&v| inside(v)).count() >= 2;
-                Some(self.decades(room))
-                    .filter(are_enough)
-                    .or_else(|| Some(self.minors()).filter(are_enough))
-                    .unwrap_or_else(|| self.steps(room))
-            }
+            // Between given ends there may be fewer round values than have room.
+            (true, Scale::Linear) => (0..8)
+                .map(|i| self.steps(room.max(1.0) * f64::from(1 << i)))
+                .find(are_enough)
+                .unwrap_or_else(|| self.steps(room)),
+            (true, Scale::Log) => Some(self.decades(room))
+                .filter(are_enough)
+                .or_else(|| Some(self.minors()).filter(are_enough))
+                .unwrap_or_else(|| self.steps(room)),
         };
         let majors: Vec<f64> = majors.into_iter().filter(|&v| inside(v)).collect();
         let mut ticks: Vec<Tick> = majors
@@ -322,6 +324,12 @@ mod tests {
         assert_eq!(majors(3e-7, 4e-3, Scale::Log, 6.0), "10*^{−6}* 10*^{−5}* 10*^{−4}* 10*^{−3}*");
         assert_eq!(majors(2.0, 9.0, Scale::Log, 6.0), "1 2 5 10");
         assert_eq!(majors(0.0, 3e7, Scale::Linear, 4.0), "0 1·10*^{7}* 2·10*^{7}* 3·10*^{7}*");
+        let between = |low: f64, high: f64, room: f64| {
+            let ticks = Range { low, high, scale: Scale::Linear }.ticks(room, &[]);
+            ticks.iter().map(|tick| tick.label.as_str()).collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(between(1.1, 1.9, 1.0), "1.2 1.4 1.6 1.8");
+        assert_eq!(between(0.3, 1.4, 1.0), "0.5 1.0");
         assert_eq!(majors(5.0, 5.0, Scale::Linear, 4.0), "2 4 6 8");
     }
 

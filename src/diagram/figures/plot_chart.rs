@@ -38,6 +38,8 @@ pub(super) struct Chart {
     pub(super) y_ticks: Vec<Tick>,
     pub(super) series: Vec<(Series, Look)>,
     pub(super) guides: Vec<Guide>,
+    /// Whether all that the file names cross the axes' frame.
+    pub(super) all_guides: bool,
 }
 
 /// A value in words: with all its digits where three would say the same of both ends of the axis.

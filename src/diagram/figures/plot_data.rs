@@ -13,7 +13,8 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Cell {
     Nothing,
-    Number(f64),
+    /// And as it is written.
+    Number(f64, String),
     Word(String),
 }
 
@@ -23,7 +24,7 @@ impl Cell {
         match text.parse::<f64>() {
             _ if text.is_empty() => Self::Nothing,
             // Zero has no sign here.
-            Ok(number) if number.is_finite() => Self::Number(number + 0.0),
+            Ok(number) if number.is_finite() => Self::Number(number + 0.0, text.to_owned()),
             _ => Self::Word(text.to_owned()),
         }
     }
@@ -31,7 +32,8 @@ impl Cell {
     fn of_json(value: &Value) -> Self {
         match value {
             Value::Number(number) => {
-                number.as_f64().map_or(Self::Nothing, |number| Self::Number(number + 0.0))
+                let text = number.to_string();
+                number.as_f64().map_or(Self::Nothing, |number| Self::Number(number + 0.0, text))
             }
             Value::String(word) => Self::Word(word.clone()),
             Value::Bool(truth) => Self::Word(truth.to_string()),
@@ -44,7 +46,7 @@ impl Cell {
         match self {
             Self::Nothing => word.is_empty(),
             Self::Word(own) => own == word,
-            Self::Number(number) => word.trim().parse::<f64>().is_ok_and(|other| other == *number),
+            Self::Number(number, _) => word.trim().parse::<f64>().is_ok_and(|other| other == *number),
         }
     }
 }
@@ -218,7 +220,7 @@ mod tests {
         let rows = r#"{"runs": [{"n": 16, "rms, mean": 0.5, "who": "a"}, {"n": 64, "who": "b \"c\""}]}"#;
         let columns = r#"{"n": [16, 64], "rms, mean": [0.5, null], "who": ["a", "b \"c\""]}"#;
         let table = Table::read(csv.as_bytes(), "t.csv", None).unwrap();
-        assert_eq!(table.column("rms, mean").unwrap(), [Cell::Number(0.5), Cell::Nothing]);
+        assert_eq!(table.column("rms, mean").unwrap(), [Cell::Number(0.5, "0.5".to_owned()), Cell::Nothing]);
         assert_eq!(table.lines, [3, 4]);
         assert_eq!(Table::read(rows.as_bytes(), "t.json", Some("/runs")).unwrap().columns, table.columns);
         assert_eq!(Table::read(columns.as_bytes(), "t.json", None).unwrap().columns, table.columns);

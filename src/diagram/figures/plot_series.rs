@@ -175,7 +175,7 @@ fn labels(
             let cells = cells(input, &key, table, name)?;
             let word = |&row: &usize| match cells.get(row) {
                 Some(Cell::Word(word)) => word.clone(),
-                Some(Cell::Number(number)) => number.to_string(),
+                Some(Cell::Number(_, text)) => text.clone(),
                 _ => String::new(),
             };
             Ok(Some(rows.iter().map(word).collect()))
@@ -234,7 +234,7 @@ pub(super) fn numbers(
     let cells = cells(input, key, table, name)?;
     rows.iter()
         .map(|&row| match cells.get(row) {
-            Some(Cell::Number(number)) => Ok(Some(*number)),
+            Some(Cell::Number(number, _)) => Ok(Some(*number)),
             Some(Cell::Word(word)) => {
                 let place = table.place(row);
                 Err(Error::invalid(format!("`{word}` in the column `{name}`, {place}, is not a number"))
