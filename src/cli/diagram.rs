@@ -239,12 +239,8 @@ fn camera_of(opened: Opened, arguments: &Arguments) -> Result<Drawn> {
     report::warnings(&scene.warnings);
     report::warnings(&optics_words::warnings(&scene.optics, &input.name()));
     let figure = changed(&scene, changes(arguments)).map_err(|error| error.in_file(input.name()))?;
-    let warn = |words: &&str| Warning {
-        file: input.name(),
-        line: None,
-        message: format!("there is no room for the words \"{words}\": give a wider page"),
-    };
-    report::warnings(&figure.words_without_room().iter().map(warn).collect::<Vec<_>>());
+    let warn = |message| Warning { file: input.name(), line: None, message };
+    report::warnings(&figure.not_shown().into_iter().map(warn).collect::<Vec<_>>());
     Ok((figure, input.read_paths()))
 }
 

@@ -130,17 +130,24 @@ impl Figure {
         &self.warnings
     }
 
-    /// The words for which a panel had no room, and which are not drawn: a wider page has more.
-    pub fn words_without_room(&self) -> Vec<&str> {
-        let mut words = Vec::new();
+    /// What a reader would look for and not find, in words: parts that lie off the page, and labels for which it has no room.
+    pub fn not_shown(&self) -> Vec<String> {
+        let parts = beyond(&self.list.items).into_iter().map(|(part, whose)| match part {
+            "some-points" => "some of the points lie off the page".to_owned(),
+            "some-guides" => "some of the guides lie off the page".to_owned(),
+            "some-of-front" => "some of the front lies off the film".to_owned(),
+            part => format!("the {}{whose} lies off the page", part.replace('-', " ")),
+        });
+        let mut all: Vec<String> = parts.collect();
         walk(&self.list.items, &mut |group| {
             if group.off_page == Some("no-room") {
-                words.extend(
-                    group.data.iter().filter(|(name, _)| *name == "data-words").map(|(_, said)| &**said),
-                );
+                let words = group.data.iter().filter(|(name, _)| *name == "data-words");
+                all.extend(words.map(|(_, said)| {
+                    format!("there is no room for the words \"{said}\": give a wider page")
+                }));
             }
         });
-        words
+        all
     }
 
     /// What is drawn.

@@ -16,7 +16,7 @@ use crate::diagram::theme::{self, broken, solid};
 use crate::diagram::words::{exact, length};
 use crate::error::{Error, Result};
 use crate::geometry::{HomogeneousPoint, Plane};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -128,10 +128,15 @@ fn height(scene: &Scene, lens: DVec3, point: DVec3) -> f64 {
     (image[0] * way[0] + image[1] * way[1]) / libm::hypot(way[0], way[1])
 }
 
+/// How far the images of a point through these lens points lie apart on the film, metres.
 fn spread(scene: &Scene, lens: &[DVec3], point: DVec3) -> f64 {
-    let all: Vec<f64> = lens.iter().map(|&s| height(scene, s, point)).collect();
-    let low = all.iter().copied().fold(f64::INFINITY, f64::min);
-    all.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low
+    let image = |&s: &DVec3| {
+        let image = scene.optics.film_image(s, point);
+        DVec2::new(image.x, image.y) / image.z
+    };
+    // On the film, which an oblique section shows from the side.
+    let all: Vec<DVec2> = lens.iter().map(image).collect();
+    all.iter().flat_map(|a| all.iter().map(|b| a.distance(*b))).fold(0.0, f64::max)
 }
 
 /// Rays from the film point through the lens points to the sharp point and on to the plane through the unsharp one.

@@ -108,16 +108,8 @@ impl FigureFile {
             loaders: RefCell::default(),
         };
         let mut figure = (self.kind.draw)(&input).map_err(|error| input.placed(error))?;
-        for (part, whose) in crate::diagram::beyond(&figure.list.items) {
-            input.warn(match part {
-                "some-points" => "some of the points lie off the page".to_owned(),
-                "some-guides" => "some of the guides lie off the page".to_owned(),
-                "some-of-front" => "some of the front lies off the film".to_owned(),
-                part => format!("the {}{whose} lies off the page", part.replace('-', " ")),
-            });
-        }
-        for words in figure.words_without_room() {
-            input.warn(format!("there is no room for the words \"{words}\": give a wider page"));
+        for words in figure.not_shown() {
+            input.warn(words);
         }
         figure.warnings = input.warnings.into_inner();
         Ok(figure)
