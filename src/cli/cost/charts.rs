@@ -1,7 +1,7 @@
 //! The charts of a study, as figure files: errors against seconds, and against numbers of samples.
 
 use super::kept::Measured;
-use super::report::{machine, quoted, rows};
+use super::report::{machine, rows, title};
 use super::study::{BASELINE, Study};
 use super::ways::{ADAPTIVE, APPROXIMATION, UNIFORM};
 use std::fmt::Write as _;
@@ -26,7 +26,7 @@ pub(super) fn wrong<'a>(study: &'a Study<'_>, way: &str) -> Vec<&'a Measured> {
 
 /// The error, true and stated, against seconds; none where no picture has any.
 pub(super) fn chart(study: &Study<'_>, stem: &str) -> Option<String> {
-    let (table, title) = (&study.table, quoted(&format!("What accuracy costs: {stem}")));
+    let (table, title) = (&study.table, title("What accuracy costs", stem));
     let mut text = format!(
         "# Made by `groundglass cost`: {} x {} pixels; times over that of {BASELINE} uniform samples drawn just before, in the seconds that those \
          took once; bars are the shortest and the longest of several runs.\nkind = \"plot\"\n\
@@ -68,7 +68,7 @@ pub(super) fn chart(study: &Study<'_>, stem: &str) -> Option<String> {
 /// Error against the number of samples for the sequences; none where there is no error.
 pub(super) fn slopes(study: &Study<'_>, stem: &str) -> Option<String> {
     let mut is_drawn = false;
-    let title = quoted(&format!("Sequences of samples: {stem}"));
+    let title = title("Sequences of samples", stem);
     let mut text = format!(
         "# Made by `groundglass cost`.\nkind = \"plot\"\ntitle = {title}\nwidth_mm = 130.0\n\n[x]\n\
          title = \"samples *N* for each pixel\"\nscale = \"log\"\n\n[y]\ntitle = \"error of the picture, RMS\"\nscale = \"log\"\n"

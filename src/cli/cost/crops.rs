@@ -72,7 +72,7 @@ pub(super) fn figure(stem: &str, (width, height): (u32, u32), crops: &[Crop]) ->
          kind = \"pictures\"\ntitle = {}\nwidth_mm = 160.0\npictures_kb = 400\ncolumns = 4\npictures = [{}]\nnames = [{}]\n",
         CROP.min(width),
         CROP.min(height),
-        super::report::quoted(&format!("What the eye sees: {stem}")),
+        super::report::title("What the eye sees", stem),
         list((1..=crops.len()).map(crop_name).collect()),
         list(crops.iter().map(|crop| crop.name.clone()).collect()),
     )

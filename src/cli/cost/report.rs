@@ -97,10 +97,22 @@ pub(super) fn machine(study: &Study<'_>) -> String {
     format!("{threads}, {simd}")
 }
 
-/// A text as TOML writes it.
-pub(super) fn quoted(text: &str) -> String {
-    let plain: String = text.chars().filter(|c| !c.is_control() && !"*_\"\\".contains(*c)).collect();
-    format!("\"{plain}\"")
+/// The longest name of a file that stands whole in a title.
+const LONGEST: usize = 40;
+
+/// The title of a chart of the scene in a file of this name, as TOML writes it: a name may have letters that the diagrams' font lacks,
+/// and be of any length.
+pub(super) fn title(of: &str, stem: &str) -> String {
+    let has_glyph = |c: &char| {
+        c.is_ascii() || matches!(c, 'À'..='ň' | 'Ŋ'..='ſ' | 'Α'..='Ρ' | 'Σ'..='Ω' | 'α'..='ω' | 'Ѐ'..='џ')
+    };
+    let plain = stem.chars().filter(|c| !c.is_control() && !"*_\"\\^{}".contains(*c));
+    let plain: Vec<char> = plain.map(|c| if has_glyph(&c) { c } else { '?' }).collect();
+    let (shown, dots) = match plain.get(..LONGEST) {
+        Some(first) if plain.len() > LONGEST => (first, "…"),
+        _ => (&plain[..], ""),
+    };
+    format!("\"{of}: {}{dots}\"", shown.iter().collect::<String>())
 }
 
 fn page(study: &Study<'_>, stem: &str) -> String {
