@@ -354,6 +354,7 @@ fn level_bars_and_labels_of_points() {
     for (wrong, said) in [
         ("labels = [\"one\"]", "`labels` has 1 texts and `x` has 3"),
         ("labels_column = \"t\"", "there is no table"),
+        ("low = [2, 2, 2]\nhigh = [1, 3, 3]", "bar runs from 2 down to 1"),
         ("x_low = [1]", "`x_low` has 1 values and `x` has 3"),
         (
             "labels = [\"\\u0007\", \"\", \"\"]",

@@ -84,7 +84,11 @@ fn depth(scene: &Scene) -> Option<String> {
     let depth = scene.depth?;
     let near = scene.optics.axis_crossing(depth.near).filter(|&t| t > 0.0)?;
     Some(match scene.optics.axis_crossing(depth.far).filter(|&t| t > 0.0) {
-        Some(far) => format!("sharp from {} to {}", length(near.min(far)), length(near.max(far))),
+        Some(far) => match [near.min(far), near.max(far)].map(length) {
+            // Closer together than is written.
+            [from, to] if from == to => format!("sharp at {from} alone"),
+            [from, to] => format!("sharp from {from} to {to}"),
+        },
         None => format!("sharp from {} to infinity", length(near)),
     })
 }

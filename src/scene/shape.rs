@@ -182,9 +182,10 @@ fn string(word: &str, schema: &Value) -> Result<(), String> {
     }
     let shown: String = word.chars().take(60).collect();
     let hint = nearest(&shown, known.iter().copied()).map(|near| format!(", did you mean \"{near}\"?"));
-    let known =
-        known.iter().filter(|name| !name.ends_with("-portrait")).copied().collect::<Vec<_>>().join(", ");
-    Err(format!("unknown name \"{shown}\"{} (known: {known})", hint.unwrap_or_default()))
+    let upright: Vec<&str> = known.iter().filter(|name| !name.ends_with("-portrait")).copied().collect();
+    let turned = if upright.len() < known.len() { ", each also with -portrait" } else { "" };
+    let known = upright.join(", ");
+    Err(format!("unknown name \"{shown}\"{} (known: {known}{turned})", hint.unwrap_or_default()))
 }
 
 /// What to write for a missing or misunderstood key.

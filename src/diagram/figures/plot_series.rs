@@ -141,6 +141,17 @@ pub(crate) fn read(
             None => ends(pick(&low, i), pick(&high, i), y),
         };
         let level_bar = ends(pick(&x_low, i), pick(&x_high, i), x);
+        for (ends, name) in [(bar, "low"), (level_bar, "x_low")] {
+            if let Some([low, high]) = ends
+                && low > high
+            {
+                let message = format!("at ({x}, {y}) the bar runs from {low} down to {high}");
+                return Err(input
+                    .document
+                    .error(&format!("series[{index}]"), message)
+                    .remedy(format!("give `{name}` what is lower")));
+            }
+        }
         let label = labels.as_ref().and_then(|labels| labels.get(i)).filter(|label| !label.is_empty());
         points.push(DataPoint { x, y, bar, level_bar, label: label.cloned() });
     }
