@@ -216,7 +216,7 @@ fn image_circle(optics: &Optics) -> String {
     let (angle, diameter) = optics.coverage();
     if diameter == f64::INFINITY {
         let why = if angle < std::f64::consts::FRAC_PI_2 {
-            "the lens axis does not meet the film's plane: no circle about it holds the film"
+            "the lens axis does not meet the film's plane behind the lens: no circle about it holds the film"
         } else {
             "no lens covers the film"
         };

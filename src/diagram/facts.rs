@@ -70,7 +70,6 @@ fn movements(standard: &Standard) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join(", "))
 }
 
-/// Where the axis meets a plane, metres ahead; `None` when it does not.
 fn focus(scene: &Scene) -> String {
     match scene.optics.axis_crossing(scene.optics.focus_plane()) {
         Some(t) if t > 0.0 => format!("focused at {} on the axis", length(t)),

@@ -14,6 +14,7 @@ use toml_edit::{Document, DocumentMut, Item, Key, TableLike, TomlError, value};
 /// [`crate::error::ErrorKind::Invalid`] when the text is not a scene file.
 pub fn with_movements(text: &str, camera: &Camera, mesh_path: impl Fn(&str) -> String) -> Result<String> {
     let not_toml = |error: TomlError| Error::invalid(format!("not TOML: {error}"));
+    let text_before = text;
     let text = without_target(text, &Document::parse(text).map_err(not_toml)?);
     let mut document: DocumentMut = text.parse().map_err(not_toml)?;
     let root = document
@@ -25,7 +26,19 @@ pub fn with_movements(text: &str, camera: &Camera, mesh_path: impl Fn(&str) -> S
         write_standard(root, name, standard);
     }
     rename_meshes(&mut document, &mesh_path);
-    Ok(document.to_string())
+    Ok(as_written(text_before, document.to_string()))
+}
+
+/// The text with the line ends and the byte order mark of the one before, which rewriting leaves out.
+fn as_written(before: &str, text: String) -> String {
+    let ends = before.matches("\r\n").count();
+    let is_crlf = ends > 0 && ends == before.matches('\n').count();
+    let text = if is_crlf { text.replace("\r\n", "\n").replace('\n', "\r\n") } else { text };
+    if before.starts_with('\u{feff}') && !text.starts_with('\u{feff}') {
+        format!("\u{feff}{text}")
+    } else {
+        text
+    }
 }
 
 /// The keys of the focus target.
@@ -227,6 +240,14 @@ mod tests {
         let last =
             without_target("[focus]\ndistance_m = 3", &Document::parse("[focus]\ndistance_m = 3").unwrap());
         assert_eq!(last, "");
+    }
+
+    #[test]
+    fn line_ends_and_byte_order_marks_stay() {
+        let text = "\u{feff}# title\r\n[camera]\r\nextension_mm = 1\r\n[focus]\r\ndistance_m = 3\r\n";
+        let out = with_movements(text, &camera(), str::to_owned).unwrap();
+        assert!(out.starts_with("\u{feff}# title\r\n") && out.matches('\n').count() > 3, "{out:?}");
+        assert_eq!(out.matches("\r\n").count(), out.matches('\n').count(), "{out:?}");
     }
 
     #[test]

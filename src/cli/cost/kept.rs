@@ -54,21 +54,28 @@ pub(super) struct Table {
     pub(super) measured: Vec<Measured>,
 }
 
+/// A study of another scene or in another way that a folder holds, or other files of the names that a study writes: its table, if any.
+pub(super) struct Another(Option<Vec<u8>>);
+
 /// Goes on with the study of `table` that the folder holds, if it does: fills the table and gives the converged picture. Tells also
-/// whether the folder holds a study of another scene or in another way, or other files of the names that a study writes.
-pub(super) fn take_up(folder: &Path, scene: &Scene, table: &mut Table) -> (Option<Exposure>, bool) {
+/// whether the folder holds another.
+pub(super) fn take_up(
+    folder: &Path,
+    scene: &Scene,
+    table: &mut Table,
+) -> (Option<Exposure>, Option<Another>) {
     // Files of these names that no study of ours goes on with are set aside, whosever they are.
     let holds_another = super::report::files().iter().any(|name| folder.join(name).exists());
-    let found = kept(&folder.join("cost.json"), 16 << 20);
-    let Some(found) = found.and_then(|text| serde_json::from_slice::<Table>(&text).ok()) else {
-        return (None, holds_another);
-    };
+    let text = kept_table(folder);
+    let found = text.as_ref().and_then(|text| serde_json::from_slice::<Table>(text).ok());
+    let another = holds_another.then_some(Another(text));
+    let Some(found) = found else { return (None, another) };
     if !is_of_one(&found, table) || !found.holds() {
-        return (None, holds_another);
+        return (None, another);
     }
     *table = found;
     // One that is gone, or another's, is drawn again, the same bytes: what was measured against it holds.
-    (converged(&folder.join("converged.exr"), scene, table), false)
+    (converged(&folder.join("converged.exr"), scene, table), None)
 }
 
 /// Whether two tables are of one study: of one scene, measured in one way.
@@ -108,8 +115,11 @@ impl Table {
     }
 }
 
-/// Moves all that another study wrote into a folder of its own, and says so.
-pub(super) fn set_aside(folder: &Path) -> Result<()> {
+/// Moves all that another study wrote into a folder of its own, and says so; unless a third was begun there since.
+pub(super) fn set_aside(folder: &Path, another: &Another) -> Result<()> {
+    if kept_table(folder) != another.0 {
+        return Ok(());
+    }
     let free = (1..).map(|n| folder.join(format!("earlier-{n}"))).find(|path| !path.exists());
     let Some(kept) = free else { return Ok(()) };
     std::fs::create_dir(&kept).map_err(|error| output::broken(&kept, &error))?;
@@ -134,13 +144,13 @@ pub(super) fn set_aside(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Refuses a folder in which another study was begun after this one.
+/// Refuses a folder that holds the table of another study, begun while this one went on.
 ///
 /// # Errors
 /// [`groundglass::error::ErrorKind::Invalid`], naming its table, which stays.
 pub(super) fn refuse_another(folder: &Path, table: &Table) -> Result<()> {
     let path = folder.join("cost.json");
-    let Some(text) = kept(&path, 16 << 20) else { return Ok(()) };
+    let Some(text) = kept_table(folder) else { return Ok(()) };
     match serde_json::from_slice::<Table>(&text) {
         Ok(found) if !is_of_one(&found, table) => {
             Err(Error::invalid("another study was begun in this folder while this one went on")
@@ -203,6 +213,11 @@ fn converged(path: &Path, scene: &Scene, table: &Table) -> Option<Exposure> {
     let is_whole = pixels.iter().flatten().all(|value| value.is_finite());
     let samples = Allocation::Uniform(samples);
     Exposure::from_rows(table.width, table.height, &pixels, samples).ok().filter(|_| is_whole)
+}
+
+/// The table that a folder holds, as it is written.
+fn kept_table(folder: &Path) -> Option<Vec<u8>> {
+    kept(&folder.join("cost.json"), 16 << 20)
 }
 
 /// A regular file of an earlier study, if there is one and it is no larger than `most`.
@@ -268,8 +283,13 @@ mod tests {
         save(folder.path(), &first, &[])?;
         let refused = save(folder.path(), &second, &[]).map_err(|error| error.to_string());
         assert!(refused.is_err_and(|text| text.contains("another study was begun")));
-        let text = kept(&folder.path().join("cost.json"), 1 << 20).unwrap_or_default();
+        // Nor does it take it for what lay there before.
+        set_aside(folder.path(), &Another(None))?;
+        let text = kept_table(folder.path()).unwrap_or_default();
         assert!(String::from_utf8_lossy(&text).contains("\"scene_hash\": \"a\""));
+        set_aside(folder.path(), &Another(Some(text)))?;
+        assert!(kept_table(folder.path()).is_none());
+        save(folder.path(), &second, &[])?;
         Ok(())
     }
 }

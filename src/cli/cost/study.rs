@@ -5,7 +5,7 @@ use super::super::output;
 use super::super::probe::TWIN;
 use super::super::progress::Progress;
 use super::super::stats::{median, notes};
-use super::kept::{Measured, Table, refuse_another, save, set_aside, take_up};
+use super::kept::{Another, Measured, Table, refuse_another, save, set_aside, take_up};
 use super::reference;
 use super::report::files;
 use super::ways::{Setting, Step, UNIFORM, draw, ladder, turn};
@@ -42,8 +42,7 @@ pub(super) struct Study<'a> {
     pub(super) left: usize,
     /// None until [`Study::measure`] has it.
     pub(super) truth: Option<Exposure>,
-    /// The folder holds a study of another scene or in another way, or other files of the names that a study writes.
-    holds_another: bool,
+    another: Option<Another>,
     folder: &'a Path,
     /// Threads, and bytes of memory that drawing may take.
     limits: (usize, Option<u64>),
@@ -87,8 +86,8 @@ impl<'a> Study<'a> {
             baseline_seconds: None,
             measured: Vec::new(),
         };
-        let (truth, holds_another) = take_up(folder, scene, &mut table);
-        Ok(Self { scene, table, left: 0, truth, holds_another, folder, limits, read, not_doubled, plan })
+        let (truth, another) = take_up(folder, scene, &mut table);
+        Ok(Self { scene, table, left: 0, truth, another, folder, limits, read, not_doubled, plan })
     }
 
     /// Measures what is not measured yet.
@@ -229,9 +228,8 @@ impl<'a> Study<'a> {
         // The picture's notes tell what was asked for.
         scene.render.effects = asked;
         self.table.converged_rms = truth.rms_error();
-        if self.holds_another {
-            set_aside(self.folder)?;
-            self.holds_another = false;
+        if let Some(another) = self.another.take() {
+            set_aside(self.folder, &another)?;
         }
         // Another run that made the folder and was stopped has taken it away again.
         let _again = output::Folder::given(self.folder)?;
@@ -260,7 +258,7 @@ impl<'a> Study<'a> {
         EffectChoice { all: false, with: active, without: active.others() }
     }
 
-    /// The same, of a scene that is this study's and stays so.
+    /// As [`Study::draw`], of a scene that is this study's and stays so.
     fn draw_of(&self, scene: &mut Scene, step: &Step, cancel: &AtomicBool) -> Result<Exposure> {
         // Of other steps it is not asked for.
         let error = self.target(step).unwrap_or_default();

@@ -124,9 +124,12 @@ impl Range {
                 .map(|i| self.steps(room.max(1.0) * f64::from(1 << i)))
                 .find(are_enough)
                 .unwrap_or_else(|| self.steps(room)),
-            (true, Scale::Log) => Some(self.decades(room))
-                .filter(are_enough)
-                .or_else(|| Some(self.minors()).filter(are_enough))
+            // Every decade, and then 1, 2, 5, before all: labels that have no room go, and those of decades are to stay.
+            (true, Scale::Log) => [room, libm::log10(self.high / self.low), f64::INFINITY]
+                .into_iter()
+                .map(|room| self.decades(room))
+                .chain([self.minors()])
+                .find(are_enough)
                 .unwrap_or_else(|| self.steps(room)),
         };
         let majors: Vec<f64> = majors.into_iter().filter(|&v| inside(v)).collect();
@@ -324,6 +327,17 @@ mod tests {
         assert_eq!(majors(3e-7, 4e-3, Scale::Log, 6.0), "10*^{−6}* 10*^{−5}* 10*^{−4}* 10*^{−3}*");
         assert_eq!(majors(2.0, 9.0, Scale::Log, 6.0), "1 2 5 10");
         assert_eq!(majors(0.0, 3e7, Scale::Linear, 4.0), "0 1·10*^{7}* 2·10*^{7}* 3·10*^{7}*");
+        let logs = |low: f64, high: f64| {
+            let ticks = Range { low, high, scale: Scale::Log }.ticks(1.6, &[]);
+            ticks
+                .iter()
+                .map(|tick| tick.label.as_str())
+                .filter(|l| !l.is_empty())
+                .collect::<Vec<_>>()
+                .join(" ")
+        };
+        assert_eq!(logs(2.2, 4500.0), "10 100 1000");
+        assert_eq!(logs(2.2, 45.0), "5 10 20");
         let between = |low: f64, high: f64, room: f64| {
             let ticks = Range { low, high, scale: Scale::Linear }.ticks(room, &[]);
             ticks.iter().map(|tick| tick.label.as_str()).collect::<Vec<_>>().join(" ")

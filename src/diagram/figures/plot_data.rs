@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Cell {
     Nothing,
-    /// And as it is written.
+    /// And as a text table has it; of JSON, in its shortest form.
     Number(f64, String),
     Word(String),
 }
@@ -32,8 +32,9 @@ impl Cell {
     fn of_json(value: &Value) -> Self {
         match value {
             Value::Number(number) => {
-                let text = number.to_string();
-                number.as_f64().map_or(Self::Nothing, |number| Self::Number(number + 0.0, text))
+                // A float of a whole number has no decimals, and a long whole number keeps its digits.
+                let text = |value: f64| if number.is_f64() { value.to_string() } else { number.to_string() };
+                number.as_f64().map_or(Self::Nothing, |value| Self::Number(value + 0.0, text(value)))
             }
             Value::String(word) => Self::Word(word.clone()),
             Value::Bool(truth) => Self::Word(truth.to_string()),

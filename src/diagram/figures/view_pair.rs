@@ -202,8 +202,11 @@ fn halves([left, top, right, bottom]: [f64; 4]) -> (Point, Point) {
 
 /// Where a point of the world is seen on the plane of a picture with these bounds, if it lies before the camera.
 fn seen(scene: &Scene, bounds: [f64; 4], p: DVec3) -> Option<Point> {
+    on_page(bounds, scene.optics.projection_from_world(0.0, 0.0).project(p))
+}
+
+fn on_page(bounds: [f64; 4], clip: DVec4) -> Option<Point> {
     let (middle, half) = halves(bounds);
-    let clip = scene.optics.projection_from_world(0.0, 0.0).project(p);
     (clip.w > 0.0).then(|| [middle[0] + half[0] * clip.x / clip.w, middle[1] - half[1] * clip.y / clip.w])
 }
 
@@ -220,13 +223,9 @@ fn shown(optics: &Optics, line: Line, bounds: [f64; 4]) -> Option<(Point, Point)
     let way = DVec4::from_array(projection.rows.map(|row| row.truncate().dot(step)));
     let start = projection.project(near);
     let (low, high) = inside(start, way)?;
-    let (middle, half) = halves(bounds);
     // Where it lies in the picture as far as it goes, its end is where its direction is seen.
     let at = |t: f64| if t.is_finite() { start + way * t } else { way * t.signum() };
-    let seen = |clip: DVec4| {
-        (clip.w > 0.0).then(|| [middle[0] + half[0] * clip.x / clip.w, middle[1] - half[1] * clip.y / clip.w])
-    };
-    seen(at(low)).zip(seen(at(high)))
+    on_page(bounds, at(low)).zip(on_page(bounds, at(high)))
 }
 
 /// Between which `t` the point `start + way t` of clip space lies in the picture: `|x| <= w` and `|y| <= w`.
