@@ -138,10 +138,10 @@ fn a_study_leaves_what_it_reads_where_it_is() {
 #[test]
 fn a_scene_of_any_name_has_its_charts() {
     let folder = tempfile::tempdir().unwrap();
-    let name = format!("日本 Łódź {} *a*_{{b}}^.toml", "é".repeat(60));
+    let name = format!("日本 – Łódź {} *a*_{{b}}^.toml", "é".repeat(60));
     plain(folder.path(), &name);
     let ended = finish(command(folder.path(), &["cost", &name, "--quick", "--width", "24", "-o", "study"]));
     assert_eq!(ended.code, 0, "{}", ended.err);
     let crops = fs::read_to_string(folder.path().join("study/crops.toml")).unwrap();
-    assert!(crops.contains("What the eye sees: ?? Łódź éé") && crops.contains("é…\""), "{crops}");
+    assert!(crops.contains("What the eye sees: ?? – Łódź éé") && crops.contains("é…\""), "{crops}");
 }

@@ -104,7 +104,9 @@ const LONGEST: usize = 40;
 /// and be of any length.
 pub(super) fn title(of: &str, stem: &str) -> String {
     let has_glyph = |c: &char| {
-        c.is_ascii() || matches!(c, 'À'..='ň' | 'Ŋ'..='ſ' | 'Α'..='Ρ' | 'Σ'..='Ω' | 'α'..='ω' | 'Ѐ'..='џ')
+        c.is_ascii()
+            || "–—‘’“”·±°".contains(*c)
+            || matches!(c, 'À'..='ň' | 'Ŋ'..='ſ' | 'Α'..='Ρ' | 'Σ'..='Ω' | 'α'..='ω' | 'Ѐ'..='џ')
     };
     let plain = stem.chars().filter(|c| !c.is_control() && !"*_\"\\^{}".contains(*c));
     let plain: Vec<char> = plain.map(|c| if has_glyph(&c) { c } else { '?' }).collect();

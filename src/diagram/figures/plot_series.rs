@@ -141,7 +141,7 @@ pub(crate) fn read(
             None => ends(pick(&low, i), pick(&high, i), y),
         };
         let level_bar = ends(pick(&x_low, i), pick(&x_high, i), x);
-        for (ends, name) in [(bar, "low"), (level_bar, "x_low")] {
+        for ends in [bar, level_bar] {
             if let Some([low, high]) = ends
                 && low > high
             {
@@ -149,7 +149,7 @@ pub(crate) fn read(
                 return Err(input
                     .document
                     .error(&format!("series[{index}]"), message)
-                    .remedy(format!("give `{name}` what is lower")));
+                    .remedy("give its lower end first, and each on its own side of the point"));
             }
         }
         let label = labels.as_ref().and_then(|labels| labels.get(i)).filter(|label| !label.is_empty());
