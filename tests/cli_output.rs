@@ -199,7 +199,8 @@ fn names_with_spaces_and_other_letters_work() {
     run(&folder, &["render", "ä b 日本/scene.toml", "-o", "ö ü.png"]).expect(0, &[]);
     run(&folder, &["render", "ä b 日本/scene.toml"]).expect(0, &[]);
     run(&folder, &["new", "ä b 日本/t.obj"]).expect(0, &[]);
-    assert_eq!(names(&folder), ["groundglass-out", "t.toml", "ä b 日本", "ö ü.png"]);
+    run(&folder, &["render", "ä b 日本/scene.toml", "-o", "-x.png"]).expect(0, &[]);
+    assert_eq!(names(&folder), ["-x.png", "groundglass-out", "t.toml", "ä b 日本", "ö ü.png"]);
     assert_eq!(names(&folder.join("groundglass-out")), ["scene.png"]);
     run(&folder, &["check", "t.toml"]).expect(0, &[]);
 }

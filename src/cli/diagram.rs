@@ -23,7 +23,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     pub(super) memory: MemoryArguments,
     /// The drawing: .svg, .png or .pdf; may be given several times
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", allow_hyphen_values = true)]
     pub(super) output: Vec<PathBuf>,
     /// The plane of the section
     #[arg(long, value_name = "SECTION")]

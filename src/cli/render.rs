@@ -26,7 +26,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     pub(super) memory: MemoryArguments,
     /// The picture: .png (8-bit sRGB) or .exr (linear float); groundglass-out/STEM.png by default
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", allow_hyphen_values = true)]
     pub(super) output: Option<PathBuf>,
     /// Exactly this many samples for each pixel
     #[arg(long, value_name = "N", group = "budget", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
