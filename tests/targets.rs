@@ -463,6 +463,9 @@ fn on_the_command_line() {
     run(folder, &words(&["-o", "f.png", "--replay", "fewer.json"]))
         .expect(2, &["fewer.json", "allocation", "64 samples"]);
     assert!(!folder.join("f.png").exists());
+    fewer["width"] = 40_000.into();
+    std::fs::write(folder.join("fewer.json"), fewer.to_string()).unwrap();
+    run(folder, &words(&["-o", "f.png", "--replay", "fewer.json"])).expect(2, &["fewer.json: width"]);
     // From another version the same bytes are not promised.
     let old = std::fs::read_to_string(folder.join("timed.json")).unwrap();
     std::fs::write(folder.join("old.json"), old.replace(env!("CARGO_PKG_VERSION"), "0.0.1")).unwrap();

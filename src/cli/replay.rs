@@ -5,7 +5,7 @@ use super::input;
 use super::stats::Asked;
 use groundglass::error::{Error, ErrorKind, Result, Warning};
 use groundglass::picture::Allocation;
-use groundglass::scene::{Budget, EffectName, Scene, Source};
+use groundglass::scene::{Budget, EffectName, MAX_PICTURE_SIDE, Scene, Source};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -50,6 +50,15 @@ impl Replay {
                 .in_file(name)
                 .at_key(if found.width == 0 { "width" } else { "height" })
                 .remedy(REMEDY));
+        }
+        if found.width.max(found.height) > MAX_PICTURE_SIDE {
+            return Err(Error::invalid(format!(
+                "tells of a picture of {} x {} pixels; a side has at most {MAX_PICTURE_SIDE} pixels",
+                found.width, found.height
+            ))
+            .in_file(name)
+            .at_key(if found.width > MAX_PICTURE_SIDE { "width" } else { "height" })
+            .remedy(REMEDY));
         }
         Ok(Self { name, ..found })
     }

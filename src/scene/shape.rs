@@ -243,7 +243,11 @@ pub(crate) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> O
         .map(|name| (strsim::damerau_levenshtein(&word, name), name))
         // `tilt` for `tilt_deg`: the unit forgotten is the commonest slip.
         .map(|(d, name)| {
-            if name.strip_prefix(&*word).is_some_and(|rest| rest.starts_with('_')) {
+            let turned = |(a, b): (&str, &str)| word.split_once('x') == Some((b, a));
+            if name.strip_prefix(&*word).is_some_and(|rest| rest.starts_with('_'))
+                // `5x4` for `4x5`, as film is called in Britain.
+                || name.split_once('x').is_some_and(turned)
+            {
                 (0, name)
             } else {
                 (d, name)

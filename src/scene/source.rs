@@ -200,6 +200,7 @@ pub(super) fn outside(written: &str) -> Error {
 pub(super) fn too_long(shown: &str, limit: u64) -> Error {
     let most = if limit >> 20 > 0 { format!("{} MiB", limit >> 20) } else { format!("{limit} bytes") };
     Error::new(ErrorKind::TooLarge, format!("`{shown}` is longer than the {most} allowed"))
+        .remedy("check that it is the file that is meant, or make it smaller")
 }
 
 #[cfg(test)]

@@ -235,6 +235,8 @@ fn every_wrong_value_names_line_key_and_remedy() {
         ("", "[render]\nmax_error = 0.1\ntime_budget_s = 1", 10, "render.time_budget_s", &["`max_error`"]),
         // Words.
         ("film_mm", "film = \"4x6\"", 6, "camera.film", &["did you mean \"4x5\"?", "8x10"]),
+        ("film_mm", "film = \"5x4\"", 6, "camera.film", &["did you mean \"4x5\"?"]),
+        ("film_mm", "film = \"10x8\"", 6, "camera.film", &["did you mean \"8x10\"?"]),
         ("", "[focus]\ndistance_m = 3\nadjust = \"fornt\"", 10, "focus.adjust", &["did you mean \"front\"?"]),
         // Paths.
         ("", "[[mesh]]\npath = \"\"", 9, "mesh[0].path", &["empty"]),
