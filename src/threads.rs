@@ -18,9 +18,15 @@ pub(crate) fn on_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() ->
         Ok(())
     });
     let pool = builder.build().map_err(|error| {
-        let wanted = if count == 0 { "threads".to_owned() } else { format!("{count} threads") };
-        Error::new(ErrorKind::TooLarge, format!("cannot start {wanted}: {error}"))
-            .remedy("ask for fewer --threads")
+        let (wanted, remedy) = match count {
+            0 => ("threads".to_owned(), ""),
+            1 => ("a thread".to_owned(), ""),
+            _ => (format!("{count} threads"), "ask for fewer threads, "),
+        };
+        let reason = error.to_string();
+        let reason = reason.split(" (os error").next().unwrap_or_default().to_lowercase();
+        Error::new(ErrorKind::TooLarge, format!("cannot start {wanted}: {reason}"))
+            .remedy(format!("{remedy}end other programs, or raise the limits on processes and memory"))
     })?;
     let done = pool.install(work);
     drop(pool);

@@ -1,12 +1,13 @@
 //! The asset loader on meshes held in memory: defaults, names, warnings and where they point, digests.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use groundglass::error::{ErrorKind, Result, Warning};
+use groundglass::error::{Error, ErrorKind, Result, Warning};
 use groundglass::scene::{
-    AssetLoader, LoadSettings, Memory, Model, Progress, Scene, SceneDescription, parse,
+    AssetLoader, LoadSettings, Memory, Model, Progress, Scene, SceneDescription, Source, parse,
 };
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n";
@@ -167,6 +168,44 @@ fn a_mesh_that_cannot_be_says_where_and_why() {
     for name in ["b.obj", "none.obj", "/scene/a.obj", "../scene"] {
         let error = say(name);
         assert!(error.kind() == ErrorKind::Invalid && error.to_string().contains(name), "{error}");
+    }
+}
+
+/// Files of which one, by the end of its name, is there and cannot be read.
+struct Unreadable(Memory, &'static str);
+
+impl Source for Unreadable {
+    fn argument(&self, path: &Path) -> Result<PathBuf> {
+        self.0.argument(path)
+    }
+
+    fn named(&self, folder: &Path, written: &str) -> Result<PathBuf> {
+        self.0.named(folder, written)
+    }
+
+    fn asset(&self, folder: &Path, written: &str, fences: &[PathBuf]) -> Result<PathBuf> {
+        self.0.asset(folder, written, fences)
+    }
+
+    fn read(&self, file: &Path, limit: u64) -> Result<Cow<'_, [u8]>> {
+        if file.ends_with(self.1) {
+            return Err(Error::new(ErrorKind::Io, "cannot read it: too many open files"));
+        }
+        self.0.read(file, limit)
+    }
+}
+
+#[test]
+fn what_is_there_and_cannot_be_read_is_an_error_and_not_another_picture() {
+    let files = Memory::new()
+        .with("scene/a.obj", text(format!("mtllib a.mtl\nusemtl m\n{TRIANGLE}")))
+        .with("scene/a.mtl", text("newmtl m\nmap_Kd t.png\n"))
+        .with("scene/t.png", png([255; 4]));
+    for (name, place) in [("a.mtl", "a.obj:1: "), ("t.png", "a.mtl:2: ")] {
+        let files = Unreadable(files.clone(), name);
+        let error = AssetLoader::new(&files, Path::new("scene")).load_obj("a.obj").expect_err(name);
+        assert_eq!(error.kind(), ErrorKind::Io);
+        assert!(error.to_string().starts_with(&format!("{place}cannot read it")), "{error}");
     }
 }
 

@@ -323,6 +323,11 @@ fn too_little_memory_is_2() {
     let meshes = "[[mesh]]\npath = \"t.obj\"\n".repeat(2000);
     fs::write(folder.join("scene.toml"), format!("{CAMERA}{meshes}")).unwrap();
     limited(1_000_000, "check scene.toml").expect(2, &["GB", "mesh[1999]"]);
+    // Below what the system's loader takes there is no program; from there on no thread may be had, which is no panic.
+    for kilobytes in (16_000..30_000).step_by(500) {
+        let told = limited(kilobytes, "--version").err;
+        assert!(!told.contains("panicked"), "{kilobytes}: {told}");
+    }
 }
 
 #[test]

@@ -25,8 +25,17 @@ fn flag() -> &'static AtomicBool {
 #[cfg(unix)]
 pub(super) fn watch() {
     let all = [SIGINT, SIGTERM, SIGHUP];
-    if let Ok(mut signals) = Signals::new(all.into_iter().filter(|&signal| !is_ignored(signal))) {
-        std::thread::spawn(move || signals.forever().for_each(|_| stop()));
+    // The thread first: signals that are caught and that nobody looks at would be lost.
+    let (send, receive) = std::sync::mpsc::channel::<Signals>();
+    let listen = move || {
+        for mut signals in receive {
+            signals.forever().for_each(|_| stop());
+        }
+    };
+    if std::thread::Builder::new().spawn(listen).is_ok()
+        && let Ok(signals) = Signals::new(all.into_iter().filter(|&signal| !is_ignored(signal)))
+    {
+        let _ = send.send(signals);
     }
 }
 

@@ -38,8 +38,9 @@ pub(super) fn threads(asked: Option<u16>) -> usize {
 pub(super) fn on_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> T + Send) -> Result<T> {
     let pool =
         rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build().map_err(|error| {
-            Error::new(ErrorKind::TooLarge, format!("no threads can be started: {error}"))
-                .remedy("ask for fewer --threads")
+            Error::new(ErrorKind::TooLarge, format!("no threads can be started: {error}")).remedy(
+                "ask for fewer threads, end other programs, or raise the limits on processes and memory",
+            )
         })?;
     Ok(pool.install(work))
 }

@@ -93,10 +93,8 @@ pub(crate) fn run() -> ExitCode {
 
 /// Runs the verb; whether what it checked is up to date.
 fn dispatch(verb: &Verb) -> Result<bool> {
-    if let Verb::Diagram(arguments) = verb {
-        return diagram::run(arguments);
-    }
     match verb {
+        Verb::Diagram(arguments) => return diagram::run(arguments),
         Verb::Optics(arguments) => optics::run(arguments),
         Verb::Solve(arguments) => solve::run(arguments),
         Verb::Render(arguments) => render::run(arguments),
@@ -106,7 +104,6 @@ fn dispatch(verb: &Verb) -> Result<bool> {
         Verb::Schema(arguments) => schema::run(arguments),
         Verb::New(arguments) => new::run(arguments),
         Verb::Stability(arguments) => stability::run(arguments),
-        Verb::Diagram(_) => Ok(()),
     }
     .map(|()| true)
 }

@@ -94,7 +94,7 @@ impl Room {
                 memory(most)
             );
             return Err(Error::new(ErrorKind::TooLarge, message)
-                .remedy("ask for a smaller --width or fewer --threads, or allow more memory"));
+                .remedy("ask for a smaller width or fewer threads, or allow more memory"));
         }
         let loose = if samples > LISTED_UP_TO { SETUP } else { LISTED };
         Ok(Self { left: most - need, threads, loose })
@@ -115,7 +115,7 @@ impl Room {
                 memory(self.left)
             );
             return Err(Error::new(ErrorKind::TooLarge, message)
-                .remedy("thin out the meshes, ask for fewer --threads, or allow more memory"));
+                .remedy("thin out the meshes, ask for fewer threads, or allow more memory"));
         }
         Ok(longest_run((self.left - need) / self.threads.max(1)))
     }

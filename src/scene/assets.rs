@@ -20,7 +20,7 @@ use super::source::Source;
 use super::text::readings;
 use super::texture::Use;
 use super::warnings::Warnings;
-use crate::error::{Error, Result, Warning};
+use crate::error::{Error, ErrorKind, Result, Warning};
 use crate::threads::on_threads;
 
 /// Loads the meshes of one scene.
@@ -259,17 +259,21 @@ impl<'a> AssetLoader<'a> {
                 let Some((map, found)) = map else { continue };
                 let decoded = match found {
                     Ok(path) => self.pictures.get(path, what_for),
-                    Err(e) => Some((Err(e.message().to_owned()), digest::ABSENT)),
+                    Err(e) => Some((Err(e.clone()), digest::ABSENT)),
                 };
                 let Some((decoded, digest)) = decoded else { continue };
                 digests.push(digest);
-                match (decoded, found) {
-                    (Ok(texture), Ok(path)) => {
-                        files.insert(path.clone());
+                match decoded {
+                    Ok(texture) => {
+                        files.extend(found.as_ref().ok().cloned());
                         *slot = Some((texture, *map));
                     }
-                    (decoded, _) => {
-                        let why = decoded.err().unwrap_or_default();
+                    // A fault of the system's is no property of the scene: the next run might have the texture.
+                    Err(error) if error.kind() == ErrorKind::Io => {
+                        return Err(error.in_file(&*written.file).at_line(map.line));
+                    }
+                    Err(error) => {
+                        let why = error.message();
                         let message = || format!("texture `{}` is left out: {why}", shown(&map.name));
                         warnings.add(&written.file, Some(map.line), &format!("map {}", map.name), message);
                     }

@@ -47,6 +47,9 @@ impl Written {
 
 /// Reads the libraries that the OBJ names, in its order, each once, in about `most` bytes of memory. Also says how many bytes
 /// that took, or nothing where a library was left out because it is too large for the rest.
+///
+/// # Errors
+/// [`ErrorKind::Io`] of one that is there and cannot be read.
 pub(crate) fn read_libraries(
     source: &dyn Source,
     normalized: &Normalized,
@@ -55,7 +58,7 @@ pub(crate) fn read_libraries(
     most: u64,
     warnings: &mut Warnings,
     digests: &mut Vec<Digest>,
-) -> (Vec<Written>, Option<u64>) {
+) -> Result<(Vec<Written>, Option<u64>)> {
     let mut list = Vec::new();
     let mut seen = BTreeSet::new();
     let mut left = MTLS_LIMIT.min(most / MEMORY_PER_BYTE);
@@ -89,6 +92,7 @@ pub(crate) fn read_libraries(
                     let written = |entry| Written { entry, file: name.clone(), folder: folder.clone() };
                     list.extend(entries.into_iter().map(written));
                 }
+                Err(e) if e.kind() == ErrorKind::Io => return Err(e.in_file(file).at_line(*line)),
                 Err(e) => {
                     let message =
                         || format!("material library `{}` is left out: {}", shown(&name), e.message());
@@ -97,7 +101,7 @@ pub(crate) fn read_libraries(
             }
         }
     }
-    (list, (!is_short).then_some(taken))
+    Ok((list, (!is_short).then_some(taken)))
 }
 
 /// The files that a `mtllib` names: one with spaces in its name, or several; and whether these are all.

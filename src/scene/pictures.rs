@@ -26,7 +26,7 @@ const TEXTURES_LIMIT: u64 = 8 << 30;
 const HEADS: u64 = 64 << 20;
 
 /// A texture, or why there is none, and the digest of its file.
-pub(crate) type Decoded = (std::result::Result<Arc<Texture>, String>, Digest);
+pub(crate) type Decoded = (Result<Arc<Texture>>, Digest);
 
 /// What is decoded.
 #[derive(Default)]
@@ -107,9 +107,9 @@ fn read(source: &dyn Source, path: &Path, what_for: Use, expected: Cost) -> Deco
                     Err("it changed while it was read".to_owned())
                 }
             });
-            (texture.map(Arc::new), digest::of_bytes(&bytes))
+            (texture.map(Arc::new).map_err(Error::invalid), digest::of_bytes(&bytes))
         }
-        Err(e) => (Err(e.message().to_owned()), digest::ABSENT),
+        Err(e) => (Err(e), digest::ABSENT),
     }
 }
 

@@ -126,7 +126,7 @@ impl Reader<'_> {
             let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
             let fences = [folder, scene_folder.to_path_buf()];
             let (library, libraries) =
-                read_libraries(source, &normalized, written, &fences, left, warnings, &mut digests);
+                read_libraries(source, &normalized, written, &fences, left, warnings, &mut digests)?;
             let chosen = choose(&normalized, &library, written, warnings);
             // `tobj` is at it still.
             let mesh = tobj::Mesh::default();
