@@ -142,6 +142,11 @@ fn a_scene_of_any_name_has_its_charts() {
     plain(folder.path(), &name);
     let ended = finish(command(folder.path(), &["cost", &name, "--quick", "--width", "24", "-o", "study"]));
     assert_eq!(ended.code, 0, "{}", ended.err);
+    let page = fs::read_to_string(folder.path().join("study/cost.md")).unwrap();
+    assert!(
+        page.starts_with("# What accuracy costs: 日本 – Łódź") && page.contains(" \\*a\\*\\_\\{b\\}\\^\n"),
+        "{page}"
+    );
     let crops = fs::read_to_string(folder.path().join("study/crops.toml")).unwrap();
     assert!(crops.contains("What the eye sees: ?? – Łódź éé") && crops.contains("é…\""), "{crops}");
 }

@@ -8,7 +8,7 @@
 use super::super::machine;
 use super::rows;
 use super::ways::leave_out;
-use glam::{DVec3, DVec4, Vec3};
+use glam::{DMat3, DVec3, DVec4, Vec3};
 use groundglass::error::Result;
 use groundglass::picture::{Allocation, Exposure};
 use groundglass::render::{Execution, render};
@@ -56,63 +56,129 @@ fn blurred(picture: &Exposure, (radii, most): (&[f32], &[f32]), j: u32) -> Vec<[
 /// How far the disks of pixels reach, at least: each holds its own pixel.
 const LEAST: f32 = 0.5;
 
-/// Half the largest diameter of the blur of what each pixel's middle sees, in pixels: [`LEAST`] where it is the sky, and no more
-/// than half of the picture.
+/// How far away the sky is taken to be, in focal lengths: its blur is that of infinity to a part in a thousand million.
+const SKY: f64 = 1e9;
+
+/// Of a triangle that reaches behind the lens, what is in front by this part of its farthest corner's distance.
+const NEAREST: f64 = 1e-6;
+
+/// Half the largest diameter of the blur of what each pixel's middle sees, in pixels; no more than half of the picture.
 fn radii(scene: &Scene, execution: &Execution<'_>) -> Result<Vec<f32>> {
     let (width, height) = (scene.render.width as usize, scene.render.height as usize);
     let optics = &scene.optics;
     let pixel = optics.camera().film.width.as_metres() / width as f64;
     let projection = optics.projection_from_world(0.0, 0.0);
+    let radius_of = |point: DVec3| {
+        let radius = optics.blur_of(point).map_or(0.0, |blur| (0.5 * blur.largest / pixel) as f32);
+        radius.clamp(LEAST, (0.5 * width as f32).max(LEAST))
+    };
     let mut nearest = vec![0.0f64; width * height];
-    let mut radii = vec![LEAST; width * height];
+    let mut radii = Vec::new();
+    let [x, y, _, w] = optics.projection(0.0, 0.0).matrix().transpose().to_cols_array_2d();
+    let lens_from_pixel =
+        DMat3::from_cols_array_2d(&[x, y, w].map(|[a, b, c, _]| [a, b, c])).transpose().inverse();
+    for j in 0..height {
+        for i in 0..width {
+            let (i, j) = ((i as f64 + 0.5) / width as f64, (j as f64 + 0.5) / height as f64);
+            let toward = lens_from_pixel * DVec3::new(2.0 * i - 1.0, 1.0 - 2.0 * j, 1.0);
+            radii.push(radius_of(toward.normalize_or_zero() * (SKY * optics.focal_length())));
+        }
+    }
     for corners in &scene.surfaces.triangles {
         rows::go_on(execution)?;
         let world = corners.map(|i| scene.surfaces.positions[i as usize]);
         let clip = world.map(|p| projection.project(p));
-        // What comes nearer than the lens is left out: an approximation has its price.
-        if clip.iter().any(|c| c.w <= 0.0) {
-            continue;
-        }
-        let place = |c: DVec4| {
-            DVec3::new(
-                0.5 * (c.x / c.w + 1.0) * width as f64,
-                0.5 * (1.0 - c.y / c.w) * height as f64,
-                1.0 / c.w,
-            )
-        };
-        let [a, b, c] = clip.map(place);
-        let area = (b - a).truncate().perp_dot((c - a).truncate());
-        let range = |low: f64, high: f64, most: usize| {
-            (low - 0.5).ceil().max(0.0) as usize
-                ..((high - 0.5).floor() + 1.0).clamp(0.0, most as f64) as usize
-        };
-        if area == 0.0 || !area.is_finite() {
-            continue;
-        }
-        for j in range(a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y), height) {
-            for i in range(a.x.min(b.x).min(c.x), a.x.max(b.x).max(c.x), width) {
-                let p = glam::DVec2::new(i as f64 + 0.5, j as f64 + 0.5);
-                let side = |a: DVec3, b: DVec3| (b - a).truncate().perp_dot(p - a.truncate()) / area;
-                let (u, v, w) = (side(b, c), side(c, a), side(a, b));
-                let depth = u * a.z + v * b.z + w * c.z;
-                let at = j * width + i;
-                if u < 0.0 || v < 0.0 || w < 0.0 || depth <= nearest[at] {
-                    continue;
+        for (world, clip) in in_front(world, clip) {
+            let place = |c: DVec4| {
+                DVec3::new(
+                    0.5 * (c.x / c.w + 1.0) * width as f64,
+                    0.5 * (1.0 - c.y / c.w) * height as f64,
+                    1.0 / c.w,
+                )
+            };
+            let [a, b, c] = clip.map(place);
+            let area = (b - a).truncate().perp_dot((c - a).truncate());
+            let range = |low: f64, high: f64, most: usize| {
+                (low - 0.5).ceil().max(0.0) as usize
+                    ..((high - 0.5).floor() + 1.0).clamp(0.0, most as f64) as usize
+            };
+            if area == 0.0 || !area.is_finite() {
+                continue;
+            }
+            for j in range(a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y), height) {
+                for i in range(a.x.min(b.x).min(c.x), a.x.max(b.x).max(c.x), width) {
+                    let p = glam::DVec2::new(i as f64 + 0.5, j as f64 + 0.5);
+                    let side = |a: DVec3, b: DVec3| (b - a).truncate().perp_dot(p - a.truncate()) / area;
+                    let (u, v, w) = (side(b, c), side(c, a), side(a, b));
+                    let depth = u * a.z + v * b.z + w * c.z;
+                    let at = j * width + i;
+                    if u < 0.0 || v < 0.0 || w < 0.0 || depth <= nearest[at] {
+                        continue;
+                    }
+                    nearest[at] = depth;
+                    let point = (world[0] * (u * a.z) + world[1] * (v * b.z) + world[2] * (w * c.z)) / depth;
+                    radii[at] = radius_of(optics.world_from_lens().point_inverse(point));
                 }
-                nearest[at] = depth;
-                let point = (world[0] * (u * a.z) + world[1] * (v * b.z) + world[2] * (w * c.z)) / depth;
-                let blur = optics.blur_of(optics.world_from_lens().point_inverse(point));
-                let radius = blur.map_or(0.0, |blur| (0.5 * blur.largest / pixel) as f32);
-                radii[at] = radius.clamp(LEAST, (0.5 * width as f32).max(LEAST));
             }
         }
     }
     Ok(radii)
 }
 
+/// The triangles of what of one is in front of the lens, as points and as what they are in the picture.
+fn in_front(world: [DVec3; 3], clip: [DVec4; 3]) -> impl Iterator<Item = ([DVec3; 3], [DVec4; 3])> {
+    let least = NEAREST * clip.iter().map(|c| c.w).fold(0.0, f64::max);
+    let mut shown = Vec::new();
+    for (i, k) in [(0, 1), (1, 2), (2, 0)] {
+        let (a, b) = (clip[i].w - least, clip[k].w - least);
+        if a > 0.0 {
+            shown.push((world[i], clip[i]));
+        }
+        if (a > 0.0) != (b > 0.0) {
+            let t = a / (a - b);
+            shown.push((world[i].lerp(world[k], t), clip[i].lerp(clip[k], t)));
+        }
+    }
+    (2..shown.len()).map(move |i| {
+        let [a, b, c] = [0, i - 1, i].map(|i| shown[i]);
+        ([a.0, b.0, c.0], [a.1, b.1, c.1])
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use groundglass::scene::{Memory, parse};
+    use std::path::Path;
+
+    /// The radii of pixels of a 60 mm picture, 60 wide and 40 high, of a plane 1 m below a lens of 50 mm at f/2 that is focused at 1 m;
+    /// the plane ends `behind` the lens, in metres, or before it.
+    fn radii_over_a_floor(behind: f64) -> Vec<f32> {
+        let scene = "[camera]\neye_m = [0, 0, 0]\nlook_at_m = [0, 0, -1]\nfocal_length_mm = 50\nf_number = 2\nfilm_mm = [60, 40]\n\
+                     [focus]\ndistance_m = 1\n[render]\nwidth = 60\n[[mesh]]\npath = \"floor.obj\"\n";
+        let corners = [(-90.0, behind), (90.0, behind), (90.0, -90.0), (-90.0, -90.0)];
+        let floor: String = corners.iter().map(|(x, z)| format!("v {x} -1 {z}\n")).collect();
+        let files = Memory::new().with("floor.obj", (floor + "f 1 2 3 4\n").into_bytes());
+        let scene = parse(scene, "a.toml").and_then(|file| file.describe());
+        let scene = scene.and_then(|scene| scene.load(&files, Path::new(""), None)).unwrap();
+        radii(&scene, &Execution::default()).unwrap()
+    }
+
+    #[test]
+    fn the_sky_and_what_goes_on_behind_the_lens_are_blurred_as_all_else() {
+        let radii = radii_over_a_floor(50.0);
+        // Of what is at `d` the blur is A f |1 - D / d| / (D - f), for the aperture A and the distance D in focus; a pixel is 1 mm.
+        let blur = |depth: f64| 25.0 * 0.05 / 0.95 * (1.0 - 1.0 / depth).abs() * 0.5;
+        for j in 0..40 {
+            let below = (f64::from(j) - 19.5) * 0.95 / 50.0;
+            let depth = if below > 0.0 && 1.0 / below < 90.0 { 1.0 / below } else { f64::INFINITY };
+            for i in 0..60 {
+                let (found, want) = (f64::from(radii[j as usize * 60 + i]), blur(depth).max(LEAST.into()));
+                assert!((found - want).abs() < 1e-5 * want, "{i} {j}: {found} {want}");
+            }
+        }
+        assert_eq!(radii, radii_over_a_floor(-0.5));
+    }
 
     #[test]
     fn each_pixel_is_spread_evenly_over_its_disk() {

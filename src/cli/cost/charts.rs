@@ -4,6 +4,7 @@ use super::kept::Measured;
 use super::report::{machine, rows, title};
 use super::study::{BASELINE, Study};
 use super::ways::{ADAPTIVE, APPROXIMATION, UNIFORM};
+use super::words::ROUNDING;
 use std::fmt::Write as _;
 
 /// The sequences that are compared, and what they are called.
@@ -19,9 +20,9 @@ fn numbers(rows: &[&Measured], pick: impl Fn(&Measured) -> f64) -> String {
     format!("[{}]", words.join(", "))
 }
 
-/// Those with an error: another has no place on a logarithmic axis.
+/// Those with an error that is more than rounding: another has no place on a logarithmic axis.
 pub(super) fn wrong<'a>(study: &'a Study<'_>, way: &str) -> Vec<&'a Measured> {
-    rows(study, way).into_iter().filter(|row| row.true_rms > 0.0).collect()
+    rows(study, way).into_iter().filter(|row| row.true_rms > ROUNDING).collect()
 }
 
 /// The error, true and stated, against seconds; none where no picture has any.
@@ -30,7 +31,7 @@ pub(super) fn chart(study: &Study<'_>, stem: &str) -> Option<String> {
     let mut text = format!(
         "# Made by `groundglass cost`: {} x {} pixels; times over that of {BASELINE} uniform samples drawn just before, in the seconds that those \
          took once; bars are the shortest and the longest of several runs.\nkind = \"plot\"\n\
-         title = {title}\nwidth_mm = 130.0\n\n[x]\ntitle = \"{}: time of a picture, by its ratio\"\nunit = \"s\"\nscale = \"log\"\n\n[y]\n\
+         title = {title}\nwidth_mm = 130.0\n\n[x]\ntitle = \"time of a picture, {}\"\nunit = \"s\"\nscale = \"log\"\n\n[y]\n\
          title = \"error of the picture, RMS: true, or as stated\"\nscale = \"log\"\n",
         table.width,
         table.height,
@@ -45,17 +46,23 @@ pub(super) fn chart(study: &Study<'_>, stem: &str) -> Option<String> {
             is_drawn = true;
             let _ = write!(
                 text,
-                "\n[[series]]\nname = \"{name}\"\nx = {}\ny = {}\nx_low = {}\nx_high = {}\n{more}",
+                "\n[[series]]\nname = \"{name}\"\nx = {}\ny = {}\nmarkers = true\n{more}",
                 numbers(rows, once),
                 numbers(rows, error),
-                numbers(rows, |row| once(row) * row.seconds_low / row.seconds),
-                numbers(rows, |row| once(row) * row.seconds_high / row.seconds),
             );
         }
     };
+    let bars = |rows: &[&Measured]| {
+        format!(
+            "x_low = {}\nx_high = {}\n",
+            numbers(rows, |row| once(row) * row.seconds_low / row.seconds),
+            numbers(rows, |row| once(row) * row.seconds_high / row.seconds)
+        )
+    };
     for (way, stated) in [(UNIFORM, "uniform, stated"), (ADAPTIVE, "adaptive, stated"), (APPROXIMATION, "")] {
         let rows = wrong(study, way);
-        series(way, &rows, &|row| row.true_rms, if rows.len() > 1 { "" } else { "line = false\n" });
+        let line = if rows.len() > 1 { "" } else { "line = false\n" };
+        series(way, &rows, &|row| row.true_rms, &(bars(&rows) + line));
         let known: Vec<&Measured> =
             rows.into_iter().filter(|row| row.stated_rms.is_some_and(|error| error > 0.0)).collect();
         if !stated.is_empty() {

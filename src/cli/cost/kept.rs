@@ -8,6 +8,7 @@ use groundglass::picture::{Allocation, Exposure};
 use groundglass::scene::{Files, Scene, Source};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use std::fs::{File, TryLockError};
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
@@ -144,6 +145,36 @@ pub(super) fn set_aside(folder: &Path, another: &Another) -> Result<()> {
     Ok(())
 }
 
+/// Keeps other studies out of a folder for as long as the handle lives, where the system can, and clears away what one that was
+/// killed had not finished.
+///
+/// # Errors
+/// [`groundglass::error::ErrorKind::Invalid`] when another is measured there: both would write all rows, and take each other's time.
+pub(super) fn hold(folder: &Path) -> Result<Option<File>> {
+    let Ok(handle) = File::open(folder) else { return Ok(None) };
+    match handle.try_lock() {
+        Ok(()) => {
+            let names = super::report::files();
+            let is_ours = |path: &Path| {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                let inner = name.strip_prefix('.').and_then(|name| name.strip_suffix(".part"));
+                let of = inner.and_then(|name| name.rsplit_once('.')).map(|(of, _)| of);
+                of.is_some_and(|of| names.iter().any(|name| name == of))
+            };
+            let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+            for path in entries.map(|entry| entry.path()).filter(|path| is_ours(path)) {
+                let _ = std::fs::remove_file(path);
+            }
+            Ok(Some(handle))
+        }
+        Err(TryLockError::WouldBlock) => Err(Error::invalid("another run measures a study in this folder")
+            .in_file(folder.display().to_string())
+            .remedy("wait until it ends, or give each a folder of its own with -o")),
+        // File systems without locks.
+        Err(TryLockError::Error(_)) => Ok(None),
+    }
+}
+
 /// Refuses a folder that holds the table of another study, begun while this one went on.
 ///
 /// # Errors
@@ -272,6 +303,25 @@ mod tests {
         assert!(!with(|table| table.baseline_seconds = Some(0.0)));
         assert!(!with(|table| table.measured.extend_from_within(..)));
         assert!(!with(|table| table.converged_samples = 513));
+    }
+
+    #[test]
+    fn one_study_at_a_time_is_in_a_folder_and_what_a_killed_one_left_is_not() -> Result<()> {
+        let folder = tempfile::tempdir().map_err(|error| output::broken(Path::new("."), &error))?;
+        for name in [".crop-2.png.31566-6.part", ".mine.png.1-1.part", "cost.csv"] {
+            std::fs::write(folder.path().join(name), "")
+                .map_err(|error| output::broken(Path::new(name), &error))?;
+        }
+        let held = hold(folder.path())?;
+        assert!(held.is_some());
+        let left = std::fs::read_dir(folder.path()).into_iter().flatten().flatten();
+        let mut left: Vec<_> = left.map(|entry| entry.file_name()).collect();
+        left.sort();
+        assert_eq!(left, [".mine.png.1-1.part", "cost.csv"]);
+        let refused = hold(folder.path()).map(|_| ()).map_err(|error| error.to_string());
+        assert!(refused.is_err_and(|text| text.contains("another run measures")));
+        drop(held);
+        hold(folder.path()).map(|_| ())
     }
 
     #[test]

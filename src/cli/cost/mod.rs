@@ -73,6 +73,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         None => output::Folder::make(&folder)?,
         Some(_) => output::Folder::given(&folder)?,
     };
+    let _held = kept::hold(&folder)?;
     let limits = (threads, input.room());
     let mut study = Study::open(&scene, &folder, limits, arguments.quick, input.read_paths())?;
     let study = interrupt::polled(|cancel| {

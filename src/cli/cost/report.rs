@@ -71,10 +71,10 @@ fn csv(study: &Study<'_>) -> String {
     let mut text =
         "way,setting,samples,true_rms,stated_rms,seconds,seconds_low,seconds_high,ratio\n".to_owned();
     for row in &study.table.measured {
-        let stated = row.stated_rms.map_or(String::new(), |error| format!("{error:.9}"));
+        let stated = row.stated_rms.map_or(String::new(), |error| error.to_string());
         let _ = writeln!(
             text,
-            "\"{}\",\"{}\",{:.2},{:.9},{stated},{:.6},{:.6},{:.6},{:.3}",
+            "\"{}\",\"{}\",{:.2},{},{stated},{:.6},{:.6},{:.6},{:.3}",
             row.way,
             row.setting,
             row.samples,
@@ -117,6 +117,15 @@ pub(super) fn title(of: &str, stem: &str) -> String {
     format!("\"{of}: {}{dots}\"", shown.iter().collect::<String>())
 }
 
+/// A name as Markdown shows it, on one line.
+fn in_markdown(name: &str) -> String {
+    let escaped = |c: char| {
+        let marked = c.is_ascii_punctuation() && !".-,:;'()/".contains(c);
+        [marked.then_some('\\'), Some(if c.is_control() { ' ' } else { c })]
+    };
+    name.chars().flat_map(escaped).flatten().collect()
+}
+
 fn page(study: &Study<'_>, stem: &str) -> String {
     let table = &study.table;
     let converged = match table.converged_rms {
@@ -147,10 +156,11 @@ fn page(study: &Study<'_>, stem: &str) -> String {
         ),
     };
     let mut text = format!(
-        "# What accuracy costs: {stem}\n\n{}\n\n{} x {} pixels, {}{told}; against a converged picture of {converged}. Errors are root mean \
-         squares over the picture, linear light, clamped to 0..1. Times are the median of three runs (two where one takes long); the \
+        "# What accuracy costs: {}\n\n{}\n\n{} x {} pixels, {}{told}; against a converged picture of {converged}. Errors are root mean \
+         squares over the picture, linear light, clamped to 0..1. Times are the median of three runs (two where one takes long, more where one is short); the \
          ratio is to {BASELINE} uniform samples drawn just before each.{of_charts}{left_out}\n\n{charts}![The part of the picture where 16 samples are most wrong](crops.svg)\n\n{not_measured}\
          | way | setting | samples | true error | stated | time | ratio |\n|---|---|---|---|---|---|---|\n",
+        in_markdown(stem),
         sentence(study),
         table.width,
         table.height,

@@ -35,6 +35,11 @@ const QUICK_SECONDS: f64 = 14.0;
 /// What times are compared with: this many uniform samples, drawn just before.
 pub(super) const BASELINE: u32 = 64;
 
+/// A picture that takes less than this in all runs so far is drawn again, so many times at most: one of a millisecond by itself
+/// says little of how long it takes.
+const SHORT_SECONDS: f64 = 0.1;
+const MOST_RUNS: usize = 15;
+
 pub(super) struct Study<'a> {
     pub(super) scene: &'a Scene,
     pub(super) table: Table,
@@ -285,7 +290,8 @@ impl<'a> Study<'a> {
         let (_, base) = timed(&baseline)?;
         let (picture, first) = timed(step)?;
         let (mut times, mut ratios, mut bases) = (vec![first], vec![first / base], vec![base]);
-        for _ in 0..if first > long { 1 } else { 2 } {
+        let least = if first > long { 2 } else { 3 };
+        while times.len() < least || (times.len() < MOST_RUNS && times.iter().sum::<f64>() < SHORT_SECONDS) {
             let (_, base) = timed(&baseline)?;
             let (_, seconds) = timed(step)?;
             times.push(seconds);

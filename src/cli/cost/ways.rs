@@ -66,7 +66,8 @@ pub(super) fn ladder(active: EffectSet, has_double: bool, quick: bool) -> Vec<St
     // The error of 4 samples is reached by the first 16.
     steps.extend(counts[1..].iter().map(|&n| step(ADAPTIVE, Setting::ErrorOf(n))));
     if active.has(EffectName::Defocus) {
-        steps.push(step(APPROXIMATION, Setting::Approximation(16)));
+        // Two, so that what more samples leave is told from chance.
+        steps.extend([16, 256].map(|n| step(APPROXIMATION, Setting::Approximation(n))));
     }
     if has_double {
         let textured = active.has(EffectName::Textures);

@@ -3,7 +3,7 @@
 use super::super::report as tell;
 use super::kept::Measured;
 use super::report::rows;
-use super::study::Study;
+use super::study::{BASELINE, Study};
 use super::ways::{ADAPTIVE, APPROXIMATION, UNIFORM};
 use std::fmt::Write as _;
 
@@ -22,19 +22,32 @@ struct Trend {
 /// The slowest that an error may fall with the number of samples for a price to be told of it, as a power: chance alone gives 1/2.
 const SLOWEST: f64 = 0.25;
 
+/// From this much on the times of a picture drawn twice in a row are too far apart to be relied on.
+const UNSTEADY: f64 = 0.15;
+
 /// From this part of a picture's error on, that of the converged one rules what is measured.
 const RULED: f64 = 0.5;
 
+/// An error this small is what single precision rounds.
+pub(super) const ROUNDING: f64 = 5e-7;
+
+/// The error of a picture, of which its difference from a converged one is measured that is wrong itself, by so much and by chance.
+fn own(difference: f64, converged: f64) -> f64 {
+    (difference * difference - converged * converged).max(0.0).sqrt()
+}
+
 impl Trend {
-    /// None where more samples took no more time, or made the error hardly smaller.
-    fn of(before: &Measured, last: &Measured) -> Option<Self> {
-        let power = libm::log(before.true_rms / last.true_rms) / libm::log(last.samples / before.samples);
+    /// From pictures that differ by their `true_rms` from a `converged` one with that error. None where more samples took no more
+    /// time, or made the error hardly smaller.
+    fn of(before: &Measured, last: &Measured, converged: f64) -> Option<Self> {
+        let [more, error] = [before, last].map(|row| own(row.true_rms, converged));
+        let power = libm::log(more / error) / libm::log(last.samples / before.samples);
         let each = (last.ratio - before.ratio) / (last.samples - before.samples);
         // More than in proportion is chance, or memory.
         let each = each.min(last.ratio / last.samples);
         let fixed = last.ratio - each * last.samples;
         let is_known = power.is_finite() && power > SLOWEST && each.is_finite() && each > 0.0;
-        is_known.then_some(Self { power, samples: last.samples, error: last.true_rms, fixed, each })
+        is_known.then_some(Self { power, samples: last.samples, error, fixed, each })
     }
 
     /// What a picture with this error takes, as a ratio.
@@ -55,21 +68,22 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
             study.left
         );
     };
-    if last.true_rms == 0.0 {
+    if last.true_rms <= ROUNDING {
+        let few = uniform.iter().rev().take_while(|row| row.true_rms <= ROUNDING).last().unwrap_or(last);
         return format!(
-            "A picture of {:.0} samples is the converged one: there is no error to pay for.",
-            last.samples
+            "A picture of {:.0} samples is the converged one, to the last digit: there is no error to pay for.",
+            few.samples
         );
     }
     let converged = study.table.converged_rms.unwrap_or(0.0);
     let is_ruled = converged > RULED * last.true_rms;
-    let trend = Trend::of(before, last).filter(|_| !is_ruled);
+    let trend = Trend::of(before, last, converged).filter(|_| !is_ruled);
     let mut words = match &trend {
         Some(trend) => format!(
             "Halving the error from here ({} in {}) costs {:.1} times as long.",
             tell::rms(last.true_rms),
             duration(last.seconds),
-            trend.ratio_of(0.5 * last.true_rms) / last.ratio
+            trend.ratio_of(0.5 * trend.error) / last.ratio
         ),
         None if is_ruled => format!(
             "With {:.0} samples the picture differs by {} from the converged one, and takes {}; what half the error costs was not measured.",
@@ -86,7 +100,7 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
             tell::rms(last.true_rms)
         ),
         None => format!(
-            "Up to {:.0} samples more time hardly makes the error of {} smaller; what more would do was not measured.",
+            "Up to {:.0} samples more time hardly makes the error of {} smaller; what more for all of the picture would do was not measured.",
             last.samples,
             tell::rms(last.true_rms)
         ),
@@ -94,17 +108,33 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
     if uniform.len() == 2 && trend.is_some() {
         words.push_str(" That is by two numbers of samples alone.");
     }
-    if let (Some(adaptive), Some(trend)) = (rows(study, ADAPTIVE).last(), &trend) {
-        let same = trend.ratio_of(adaptive.true_rms);
-        if same.is_finite() && same > 0.0 {
-            let _ = write!(
-                words,
-                " Samples where they help most reach {} in {}, {:.0} % of the time that uniform ones take for the same error, each over a picture drawn just before it.",
-                tell::rms(adaptive.true_rms),
-                duration(adaptive.seconds),
+    let adaptive = rows(study, ADAPTIVE).into_iter().min_by(|a, b| a.true_rms.total_cmp(&b.true_rms));
+    if let Some(adaptive) = adaptive.filter(|row| trend.is_some() || row.true_rms < last.true_rms) {
+        let same = trend.as_ref().map(|trend| trend.ratio_of(own(adaptive.true_rms, converged)));
+        let than = match same.filter(|same| same.is_finite() && *same > 0.0) {
+            Some(same) => format!(
+                ", {:.0} % of the time that uniform ones take for the same error, each over a picture drawn just before it",
                 100.0 * adaptive.ratio / same
-            );
-        }
+            ),
+            None => String::new(),
+        };
+        let reached = match adaptive.true_rms {
+            ..=ROUNDING => "the converged picture".to_owned(),
+            error => tell::rms(error),
+        };
+        let _ = write!(
+            words,
+            " Samples where they help most reach {reached} in {}{than}.",
+            duration(adaptive.seconds)
+        );
+    }
+    let itself = uniform.iter().find(|row| row.samples == f64::from(BASELINE));
+    if let Some(off) = itself.map(|row| (row.ratio - 1.0).abs()).filter(|off| *off > UNSTEADY) {
+        let _ = write!(
+            words,
+            " The machine was not steady: the same {BASELINE} samples drawn twice in a row took times {:.0} % apart, so times say little.",
+            100.0 * off
+        );
     }
     if converged > 0.2 * last.true_rms {
         let _ = write!(
@@ -124,29 +154,31 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
             }
         );
     }
-    if let [approximation] = rows(study, APPROXIMATION)[..] {
-        // What chance makes of as many samples, and more of them would take away.
-        let alike = rows(study, UNIFORM).into_iter().find(|row| row.samples == approximation.samples);
-        let chance = alike.map_or(0.0, |row| row.true_rms);
-        let (seconds, wrong) = (duration(approximation.seconds), approximation.true_rms);
-        let _ = if wrong > 1.5 * chance {
-            let own = (wrong * wrong - chance * chance).sqrt();
-            write!(
-                words,
-                " One pinhole picture with a blur is done in {seconds} and stays wrong by {} or more, whatever the time.",
-                tell::rms(own)
-            )
-        } else {
-            write!(
-                words,
-                " One pinhole picture with a blur is done in {seconds} and wrong by {}, which may be chance: as many samples of the whole \
-                 lens are by {}.",
-                tell::rms(wrong),
-                tell::rms(chance)
-            )
-        };
-    }
+    words.push_str(&of_a_blurred_pinhole(&rows(study, APPROXIMATION)));
     words
+}
+
+/// What pinhole pictures with a blur are wrong by, and what of it no time takes away: with so many times the samples chance's square
+/// falls by as much at least, and the rest stays.
+fn of_a_blurred_pinhole(rows: &[&Measured]) -> String {
+    let [first, .., last] = rows else { return String::new() };
+    let (seconds, wrong) = (duration(last.seconds), last.true_rms);
+    let more = last.samples / first.samples;
+    let stays = (more * wrong * wrong - first.true_rms * first.true_rms).max(0.0) / (more - 1.0);
+    match stays.sqrt() {
+        stays if stays > 0.5 * wrong => {
+            format!(
+                " A pinhole picture of {:.0} samples with a blur is done in {seconds}, and stays wrong by {} or more, whatever the time.",
+                last.samples,
+                tell::rms(stays)
+            )
+        }
+        _ => format!(
+            " A pinhole picture of {:.0} samples with a blur is done in {seconds}, and wrong by {}, which may be chance.",
+            last.samples,
+            tell::rms(wrong)
+        ),
+    }
 }
 
 /// A time as words give it.
@@ -180,14 +212,14 @@ mod tests {
     fn the_price_of_half_the_error_has_no_fixed_cost_in_it_twice() {
         // Pure chance: an error of N^-1/2, so four times the samples. What any picture takes is 0.9 of the time of 64 samples.
         let at = |n: f64| row(n, 0.1 / n.sqrt(), 0.9 + 0.1 * n / 64.0);
-        let trend = Trend::of(&at(64.0), &at(256.0)).unwrap();
+        let trend = Trend::of(&at(64.0), &at(256.0), 0.0).unwrap();
         let want = at(1024.0).ratio;
         assert!((trend.ratio_of(0.5 * at(256.0).true_rms) / want - 1.0).abs() < 1e-12);
         assert!((trend.ratio_of(at(16.0).true_rms) / at(16.0).ratio - 1.0).abs() < 1e-12);
         // More than in proportion counts as in proportion; no more time, or no less error, tells nothing.
-        let dear = Trend::of(&at(64.0), &row(256.0, 0.1 / 16.0, 8.0)).unwrap();
+        let dear = Trend::of(&at(64.0), &row(256.0, 0.1 / 16.0, 8.0), 0.0).unwrap();
         assert!((dear.ratio_of(0.1 / 32.0) / 32.0 - 1.0).abs() < 1e-12);
-        assert!(Trend::of(&at(64.0), &row(256.0, 0.1 / 16.0, 1.0)).is_none());
-        assert!(Trend::of(&at(64.0), &row(256.0, 0.1 / 8.0, 4.0)).is_none());
+        assert!(Trend::of(&at(64.0), &row(256.0, 0.1 / 16.0, 1.0), 0.0).is_none());
+        assert!(Trend::of(&at(64.0), &row(256.0, 0.1 / 8.0, 4.0), 0.0).is_none());
     }
 }
