@@ -5,7 +5,22 @@ use super::classic;
 use super::formulas::{self, FOCAL};
 use super::maps::{QUESTIONS, Question, blurred_point, extension};
 use super::number::Number;
-use super::wide::Wide;
+
+/// A lens of 150 mm at f/5.6, tilted and focused at 10 m: what a question is asked of.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked {
+    tilt: f64,
+    extension: f64,
+    point: [f64; 3],
+}
+
+impl Asked {
+    /// Of a lens that is tilted by so many degrees.
+    pub fn at(tilt: f64) -> Self {
+        let extension = extension(tilt, DISTANCE);
+        Self { tilt, extension, point: blurred_point(tilt, extension) }
+    }
+}
 
 /// A question, a way to answer it, and how wrong that is.
 #[derive(Clone, Copy, Debug)]
@@ -14,10 +29,10 @@ pub struct Answer {
     pub question: &'static str,
     /// How it is answered.
     pub way: &'static str,
-    /// Answers it for a lens tilted by so many degrees; all that is found is added up.
-    pub run: fn(f64) -> f64,
-    /// The largest relative error for tilts from 0.1 to 30 degrees, and for all from 1e-16 to 89 (of the blur up to 0.9: beyond
-    /// that its point is not before the lens); infinite where there is an answer that this way does not find.
+    /// Answers it; all that is found is added up.
+    pub run: fn(Asked) -> f64,
+    /// The largest relative error for tilts from 0.1 to 30 degrees, and for all from 1e-16 to 89; infinite where there is an answer
+    /// that this way does not find.
     pub errors: [f64; 2],
 }
 
@@ -25,7 +40,7 @@ pub struct Answer {
 const WAYS: [&str; 3] = ["exact, 64 bits", "exact, 32 bits", "textbook, 64 bits"];
 
 /// The place of a question among the maps', and its answers in the order of the ways.
-type Runs = (usize, [fn(f64) -> f64; 3]);
+type Runs = (usize, [fn(Asked) -> f64; 3]);
 
 /// Metres to the focus, and the f-number.
 const DISTANCE: f64 = 10.0;
@@ -34,21 +49,15 @@ const NUMBER: f64 = 5.6;
 /// All ways to answer each question.
 pub fn answers() -> Vec<Answer> {
     let runs: [Runs; 4] = [
-        (0, [exact_plane::<f64>, exact_plane::<f32>, |t| wides(classic::focus_plane(t, focused(t)))]),
-        (1, [exact_hinge::<f64>, exact_hinge::<f32>, |t| wides(classic::hinge_distance(t))]),
+        (0, [exact_plane::<f64>, exact_plane::<f32>, |to| sum(classic::focus_plane(to.tilt, to.extension))]),
+        (1, [exact_hinge::<f64>, exact_hinge::<f32>, |to| sum(classic::hinge_distance(to.tilt))]),
         (
             2,
-            [exact_blur::<f64>, exact_blur::<f32>, |t| {
-                wides(classic::blur(t, focused(t), NUMBER, blurred_point(t, focused(t))))
+            [exact_blur::<f64>, exact_blur::<f32>, |to| {
+                sum(classic::blur(to.tilt, to.extension, NUMBER, to.point))
             }],
         ),
-        (
-            3,
-            [exact_lens::<f64>, exact_lens::<f32>, |t| {
-                let (s, c) = libm::sincos(t.to_radians());
-                wides(classic::lens_for([0.0, s, c], DISTANCE))
-            }],
-        ),
+        (3, [exact_lens::<f64>, exact_lens::<f32>, |to| sum(classic::lens_for(leaning(to), DISTANCE))]),
     ];
     let mut answers = Vec::new();
     for (at, runs) in runs {
@@ -60,7 +69,7 @@ pub fn answers() -> Vec<Answer> {
     let wedge = [0.1..=30.0, 0.0..=89.0].map(|tilts: std::ops::RangeInclusive<f64>| {
         let all = values(&QUESTIONS[2]).filter(|t| tilts.contains(t));
         let all = all.filter(|&t| (QUESTIONS[2].cell)(t, NUMBER) != [None; 3]);
-        let known = all.map(|t| (paraxial(t), exact_blur::<f64>(t).abs()));
+        let known = all.map(Asked::at).map(|to| (paraxial(to), exact_blur::<f64>(to).abs()));
         known.map(|(wedge, exact)| (wedge / exact - 1.0).abs()).fold(0.0, worse)
     });
     answers.push(Answer {
@@ -93,43 +102,38 @@ fn errors(question: &Question, column: usize) -> [f64; 2] {
     })
 }
 
-fn focused(tilt: f64) -> f64 {
-    extension(tilt, DISTANCE)
+fn sum<T: Number, const N: usize>(values: Option<[T; N]>) -> f64 {
+    values.map_or(0.0, |values| values.into_iter().map(|value| value.wide().near()).sum())
 }
 
-fn sum<T: Number>(values: Vec<T>) -> f64 {
-    values.into_iter().map(|value| value.wide().near()).sum()
+fn exact_plane<T: Number>(to: Asked) -> f64 {
+    sum(Some(formulas::focus_plane::<T>(to.tilt, to.extension)))
 }
 
-fn wides(values: Option<Vec<Wide>>) -> f64 {
-    values.map_or(0.0, sum)
+fn exact_hinge<T: Number>(to: Asked) -> f64 {
+    sum(Some(formulas::hinge_distance::<T>(to.tilt)))
 }
 
-fn exact_plane<T: Number>(tilt: f64) -> f64 {
-    sum(formulas::focus_plane::<T>(tilt, focused(tilt)))
+fn exact_blur<T: Number>(to: Asked) -> f64 {
+    sum(formulas::blur::<T>(to.tilt, to.extension, NUMBER, to.point))
 }
 
-fn exact_hinge<T: Number>(tilt: f64) -> f64 {
-    sum(formulas::hinge_distance::<T>(tilt))
+/// The normal of a plane that leans as the lens does.
+fn leaning(to: Asked) -> [f64; 3] {
+    let (s, c) = libm::sincos(to.tilt.to_radians());
+    [0.0, s, c]
 }
 
-fn exact_blur<T: Number>(tilt: f64) -> f64 {
-    let extension = focused(tilt);
-    formulas::blur::<T>(tilt, extension, NUMBER, blurred_point(tilt, extension)).map_or(0.0, sum)
-}
-
-fn exact_lens<T: Number>(tilt: f64) -> f64 {
-    let (s, c) = libm::sincos(tilt.to_radians());
-    formulas::lens_for::<T>([0.0, s, c], DISTANCE).map_or(0.0, sum)
+fn exact_lens<T: Number>(to: Asked) -> f64 {
+    sum(formulas::lens_for::<T>(leaning(to), DISTANCE))
 }
 
 /// The circle of confusion whose wedge has the point on its limit: `scale n.x - (e/f) a.x + e = 0`, `c = A |1 - scale|`.
 /// (See [`crate::optics::Optics::depth_of_field`].)
-fn paraxial(tilt: f64) -> f64 {
-    let extension = focused(tilt);
-    let [_, y, z] = blurred_point(tilt, extension);
-    let (s, c) = libm::sincos(tilt.to_radians());
-    let e = -extension;
+fn paraxial(to: Asked) -> f64 {
+    let [_, y, z] = to.point;
+    let [_, s, c] = leaning(to);
+    let e = -to.extension;
     let scale = (e / FOCAL * (-s * y - c * z) - e) / z;
     FOCAL / NUMBER * (1.0 - scale).abs()
 }
@@ -142,17 +146,18 @@ mod tests {
 
     #[test]
     fn the_wedge_is_that_of_the_optics() {
-        for tilt in [0.0, 0.5, 2.0] {
-            let mut camera = camera(tilt, focused(tilt)).unwrap();
+        for to in [0.0, 0.5, 2.0, 20.0].map(Asked::at) {
+            let tilt = to.tilt;
+            let mut camera = camera(tilt, to.extension).unwrap();
             camera.aperture =
                 crate::camera::Aperture::FNumber(crate::quantity::FNumber::new(NUMBER).unwrap());
             let optics = Optics::new(&camera).unwrap();
-            let point = glam::DVec3::from_array(blurred_point(tilt, focused(tilt)));
-            let limits = optics.depth_of_field(paraxial(tilt)).unwrap();
+            let point = glam::DVec3::from_array(to.point);
+            let limits = optics.depth_of_field(paraxial(to)).unwrap();
             let on = |m: glam::DVec3, e: f64| (m.dot(point) + e).abs() < 1e-12;
             assert!(on(limits.near.m, limits.near.e) || on(limits.far.m, limits.far.e), "{tilt}");
             let exact = optics.blur_of(point).unwrap().largest;
-            assert!((exact_blur::<f64>(tilt).abs() / exact - 1.0).abs() < 1e-9, "{tilt}");
+            assert!((exact_blur::<f64>(to).abs() / exact - 1.0).abs() < 1e-9, "{tilt}");
         }
     }
 
@@ -161,7 +166,7 @@ mod tests {
         for answer in answers() {
             println!("{}, {}: {:?}", answer.question, answer.way, answer.errors);
             let [ordinary, worst] = answer.errors;
-            assert!(ordinary <= worst && (answer.run)(5.0).is_finite());
+            assert!(ordinary <= worst && (answer.run)(Asked::at(5.0)).is_finite());
             match answer.way {
                 // The blur 1 % beyond the focus loses two digits, by its own conditioning.
                 "exact, 64 bits" => assert!(ordinary < 1e-12),

@@ -13,19 +13,20 @@ fn axis<T: Number>(tilt: f64) -> V<T> {
 }
 
 /// The focus plane `(n - (e/f) a, e/f)`, lengths in focal lengths.
-pub(crate) fn focus_plane<T: Number>(tilt: f64, extension: f64) -> Vec<T> {
+pub(crate) fn focus_plane<T: Number>(tilt: f64, extension: f64) -> [T; 4] {
     let ratio = -T::of(extension) / T::of(FOCAL);
     let m = V::of([0.0, 0.0, 1.0]).minus(axis::<T>(tilt).times(ratio));
-    m.0.into_iter().chain([ratio]).collect()
+    [m.0[0], m.0[1], m.0[2], ratio]
 }
 
 /// The hinge line's distance `f / |n x a|`.
-pub(crate) fn hinge_distance<T: Number>(tilt: f64) -> Vec<T> {
-    vec![T::of(FOCAL) / T::sin_cos(tilt).0]
+pub(crate) fn hinge_distance<T: Number>(tilt: f64) -> [T; 1] {
+    let across = V::<T>::of([0.0, 0.0, 1.0]).cross(axis(tilt));
+    [T::of(FOCAL) / across.dot(across).root()]
 }
 
 /// The largest diameter of the blur of a point in the plane x = 0: see the optics' `blur_of`.
-pub(crate) fn blur<T: Number>(tilt: f64, extension: f64, number: f64, point: [f64; 3]) -> Option<Vec<T>> {
+pub(crate) fn blur<T: Number>(tilt: f64, extension: f64, number: f64, point: [f64; 3]) -> Option<[T; 1]> {
     let (a, n, x) = (axis::<T>(tilt), V::<T>::of([0.0, 0.0, 1.0]), V::<T>::of(point));
     let (f, e, one) = (T::of(FOCAL), -T::of(extension), T::of(1.0));
     let radius = T::of(FOCAL) / T::of(number) * T::of(0.5);
@@ -46,23 +47,23 @@ pub(crate) fn blur<T: Number>(tilt: f64, extension: f64, number: f64, point: [f6
     let gap = (across - upward) * half;
     let large = (across + upward) * half + (gap * gap).root();
     let size = T::of(2.0) * sigma * large.root();
-    (k.wide().near() > 0.0).then(|| vec![if sigma.wide().near() < 0.0 { -size } else { size }])
+    (k.wide().near() > 0.0).then(|| [if sigma.wide().near() < 0.0 { -size } else { size }])
 }
 
 /// For the plane with this normal that crosses the rail's axis at `distance`: the sine of the lens's tilt and
 /// the extension, with the film upright.
-pub(crate) fn lens_for<T: Number>(normal: [f64; 3], distance: f64) -> Option<Vec<T>> {
+pub(crate) fn lens_for<T: Number>(normal: [f64; 3], distance: f64) -> Option<[T; 2]> {
     let m = V::<T>::of(normal);
     let m = m.times(T::of(1.0) / m.dot(m).root());
     let g = m.0[2] * T::of(distance);
-    solved(m, g, V::of([0.0, 0.0, 1.0])).map(|(a, e)| vec![-a.0[1], -e])
+    solved(m, g, V::of([0.0, 0.0, 1.0])).map(|(a, e)| [-a.0[1], -e])
 }
 
 /// For a film tilted by `tilt` degrees and a level plane above the lens at f (1 + `over`): the film's distance.
-pub(crate) fn film_for_level<T: Number>(tilt: f64, height: f64) -> Option<Vec<T>> {
+pub(crate) fn film_for_level<T: Number>(tilt: f64, height: f64) -> Option<[T; 1]> {
     let (s, c) = T::sin_cos(tilt);
     let found = solved(V::of([0.0, 1.0, 0.0]), -T::of(height), V([T::of(0.0), s, c]))?;
-    Some(vec![-found.1])
+    Some([-found.1])
 }
 
 /// The inverse for a wanted plane (m, g) with a unit normal and a film normal n.
@@ -89,9 +90,9 @@ fn solved<T: Number>(m: V<T>, g: T, n: V<T>) -> Option<(V<T>, T)> {
 }
 
 /// The normal of three points' plane.
-pub(crate) fn normal<T: Number>(points: [[f64; 3]; 3]) -> Vec<T> {
+pub(crate) fn normal<T: Number>(points: [[f64; 3]; 3]) -> [T; 3] {
     let [p, q, r] = points.map(V::<T>::of);
     let n = q.minus(p).cross(r.minus(p));
     let turned = if n.0[2].wide().near() < 0.0 { n.times(T::of(-1.0)) } else { n };
-    turned.0.to_vec()
+    turned.0
 }

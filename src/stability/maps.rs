@@ -55,7 +55,7 @@ pub(crate) const QUESTIONS: [Question; 5] = [
     },
     Question {
         name: "blur",
-        title: "Blur of a point 1 % beyond the focus plane, at the edge of the film",
+        title: "Blur of a point 1 % beyond the focus plane, 4 cm from the axis on the film",
         textbook: "textbook: difference of two images",
         x: tilts("tilt of the lens (degrees)"),
         y: Span { title: "f-number", first: -0.5, last: 6.0, steps: 13 },
@@ -96,7 +96,7 @@ pub(super) fn camera(tilt: f64, extension: f64) -> Option<Camera> {
     Some(camera)
 }
 
-/// The extension that focuses at `distance` along the axis: part of the question, so its rounding is not judged.
+/// The extension that focuses at `distance` along the lens's axis: part of the question, so its rounding is not judged.
 pub(super) fn extension(tilt: f64, distance: f64) -> f64 {
     libm::cos(tilt.to_radians()) * FOCAL * (distance / (distance - FOCAL))
 }
@@ -107,7 +107,7 @@ fn judge(want: Option<Vec<Wide>>, projective: bool, got: [Option<Vec<Wide>>; 3])
     got.map(|got| error(&got?, &want, projective))
 }
 
-fn wide<T: Number>(values: Vec<T>) -> Vec<Wide> {
+fn wide<T: Number, const N: usize>(values: [T; N]) -> Vec<Wide> {
     values.into_iter().map(T::wide).collect()
 }
 
@@ -122,15 +122,16 @@ fn focus_plane(tilt: f64, distance: f64) -> Errors {
         doubles(&[plane.m.x, plane.m.y, plane.m.z, plane.e / FOCAL])
     };
     let single = wide(wide::focus_plane::<f32>(tilt, extension));
-    let got = [ours(), classic::focus_plane(tilt, extension), Some(single)];
-    judge(Some(wide::focus_plane(tilt, extension)), true, got)
+    let got = [ours(), classic::focus_plane(tilt, extension).map(wide), Some(single)];
+    judge(Some(wide(wide::focus_plane::<Wide>(tilt, extension))), true, got)
 }
 
 fn hinge_distance(tilt: f64, distance: f64) -> Errors {
     let extension = extension(tilt, distance);
     let ours = || doubles(&[Optics::new(&camera(tilt, extension)?).ok()?.hinge_distance()?]);
-    let got = [ours(), classic::hinge_distance(tilt), Some(wide(wide::hinge_distance::<f32>(tilt)))];
-    judge(Some(wide::hinge_distance(tilt)), false, got)
+    let single = wide(wide::hinge_distance::<f32>(tilt));
+    let got = [ours(), classic::hinge_distance(tilt).map(wide), Some(single)];
+    judge(Some(wide(wide::hinge_distance::<Wide>(tilt))), false, got)
 }
 
 fn blur(tilt: f64, number: f64) -> Errors {
@@ -144,14 +145,16 @@ fn blur(tilt: f64, number: f64) -> Errors {
     // Where the point is not before every lens point, nobody has an answer.
     let Some(found) = ours() else { return [None; 3] };
     let single = wide::blur::<f32>(tilt, extension, number, point).map(wide);
-    let textbook = classic::blur(tilt, extension, number, point);
-    judge(wide::blur(tilt, extension, number, point), false, [Some(found), textbook, single])
+    let textbook = classic::blur(tilt, extension, number, point).map(wide);
+    let want = wide::blur::<Wide>(tilt, extension, number, point).map(wide);
+    judge(want, false, [Some(found), textbook, single])
 }
 
-/// The object of a film point 4 cm below the centre, and a hundredth farther.
+/// The object of a film point 4 cm above the lens's axis, and a hundredth farther: it lies before the lens at any tilt. (That of a point
+/// 4 cm below the rail's axis lies behind it from 0.9 degrees on.)
 pub(super) fn blurred_point(tilt: f64, extension: f64) -> [f64; 3] {
     let (s, c) = libm::sincos(tilt.to_radians());
-    let on_film = DVec3::new(0.0, -0.04, extension);
+    let on_film = DVec3::new(0.0, 0.04 + extension * s / c, extension);
     let weight = 1.0 + DVec3::new(0.0, -s, -c).dot(on_film) / FOCAL;
     (on_film * (1.01 / weight)).to_array()
 }
@@ -168,7 +171,7 @@ fn lens_for(lean: f64, distance: f64) -> Errors {
     let Some(want) = wide::lens_for::<Wide>(normal, distance) else { return [None; 3] };
     // Each of the two by its own size.
     let single = wide::lens_for::<f32>(normal, distance).map(wide);
-    [ours(), classic::lens_for(normal, distance), single].map(|got| {
+    [ours(), classic::lens_for(normal, distance).map(wide), single].map(|got| {
         let got = got?;
         let errors = (0..2).map(|i| error(&got[i..=i], &want[i..=i], false));
         errors.collect::<Option<Vec<f64>>>().map(|errors| errors.into_iter().fold(0.0, f64::max))
@@ -185,7 +188,8 @@ fn film_for_level(tilt: f64, over: f64) -> Errors {
         doubles(&[-Optics::new(&found).ok()?.film_plane().e])
     };
     let single = wide::film_for_level::<f32>(tilt, height).map(wide);
-    judge(wide::film_for_level(tilt, height), false, [ours(), classic::film_for_level(tilt, height), single])
+    let textbook = classic::film_for_level(tilt, height).map(wide);
+    judge(wide::film_for_level::<Wide>(tilt, height).map(wide), false, [ours(), textbook, single])
 }
 
 fn three_points(corner: f64, distance: f64) -> Errors {
@@ -201,5 +205,5 @@ fn three_points(corner: f64, distance: f64) -> Errors {
         doubles(&m.to_array())
     };
     let single = Some(wide(wide::normal::<f32>(points)));
-    judge(Some(wide::normal(points)), true, [ours(), classic::normal(points), single])
+    judge(Some(wide(wide::normal::<Wide>(points))), true, [ours(), classic::normal(points).map(wide), single])
 }

@@ -11,7 +11,7 @@ mod maps;
 mod number;
 mod wide;
 
-pub use answers::{Answer, answers};
+pub use answers::{Answer, Asked, answers};
 
 use crate::diagram::{Changes, Figure, FigureFile};
 use crate::error::Result;
