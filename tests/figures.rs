@@ -110,6 +110,7 @@ fn the_program_lists_writes_draws_and_checks_figures() {
     run(&["diagram", "--new", "side-vew"]).expect(64, &["did you mean \"side-view\"?"]);
     assert_eq!(run(&["diagram", "--new", "side-view"]).code, 0);
     run(&["diagram", "--new", "side-view"]).expect(2, &["side-view.toml", "already"]);
+    run(&["diagram", "--new", "side-view", "-o", "a.svg"]).expect(64, &["a.svg", "ends in .toml"]);
     run(&["diagram", "scene.toml"]).expect(64, &[]);
     run(&["diagram", "--check", "side-view.toml"]).expect(1, &[]);
     assert_eq!(run(&["diagram", "side-view.toml"]).code, 0);
@@ -177,16 +178,48 @@ fn the_program_lists_writes_draws_and_checks_figures() {
     assert!(!names(&folder).iter().any(|name| name.ends_with(".part")));
 }
 
+/// Pages without a height of their own are as high as their sentences need, however many lines a narrow page breaks them into.
+#[test]
+fn narrow_pages_are_as_high_as_they_need() {
+    let (_keep, folder) = folder("");
+    for kind in KINDS.iter().map(|kind| kind.name) {
+        if ["figure-1", "view-pair", "pictures", "heat-map"].contains(&kind) {
+            continue;
+        }
+        run(&folder, &["diagram", "--new", kind]).expect(0, &[]);
+        let width = if ["perspective-correction", "plot"].contains(&kind) { "70" } else { "60" };
+        let file = format!("{kind}.toml");
+        let drawn = run(&folder, &["diagram", &file, "--width-mm", width, "-o", "k.svg"]);
+        assert_eq!(drawn.code, 0, "{kind}: {}", drawn.err);
+    }
+    let text = fs::read_to_string(folder.join("hinge.toml")).unwrap();
+    fs::write(folder.join("low.toml"), text.replace("kind =", "height_mm = 60.0\nkind =")).unwrap();
+    run(&folder, &["diagram", "low.toml", "--width-mm", "60"])
+        .expect(2, &["low.toml:", "height_mm", "at least"]);
+    fs::write(folder.join("d.csv"), "x,y,v\n1,1,1\n1,2,2\n2,1,3\n2,2,\n").unwrap();
+    let map = "kind = \"heat-map\"\nwidth = \"ieee-column\"\ndata = \"d.csv\"\nbands = [1.5]\n[x]\ncolumn = \"x\"\n[y]\n\
+               column = \"y\"\n[[panel]]\nname = \"v\"\ncolumn = \"v\"\n";
+    fs::write(folder.join("map.toml"), map).unwrap();
+    run(&folder, &["diagram", "map.toml"]).expect(0, &[]);
+    // What an empty cell means is told where there is one.
+    let words = |name: &str| fs::read_to_string(folder.join(name)).unwrap().matches("no value").count();
+    let with = words("map.svg");
+    fs::write(folder.join("d.csv"), "x,y,v\n1,1,1\n1,2,2\n2,1,3\n2,2,4\n").unwrap();
+    run(&folder, &["diagram", "map.toml"]).expect(0, &[]);
+    assert!(words("map.svg") < with, "{with}");
+}
+
 #[test]
 fn what_falls_off_the_page_is_said() {
     let (_keep, folder) = folder("");
     let plot = "kind = \"plot\"\n[x]\nmax = 2\n[[series]]\nname = \"a\"\nx = [1, 2, 3]\ny = [1, 2, 3]\n";
     fs::write(folder.join("cut.toml"), plot).unwrap();
-    run(&folder, &["diagram", "cut.toml"])
-        .expect(0, &["warning: cut.toml: some of the points lie off the page"]);
+    run(&folder, &["diagram", "cut.toml"]).expect(0, &["warning: cut.toml: points lie off the chart"]);
     fs::write(folder.join("cut.toml"), format!("{plot}[[guide]]\ny = 9\n")).unwrap();
-    run(&folder, &["diagram", "cut.toml"])
-        .expect(0, &["warning: cut.toml: some of the guides lie off the page"]);
+    run(&folder, &["diagram", "cut.toml"]).expect(0, &["warning: cut.toml: guides lie off the chart"]);
+    let barred = plot.replace("max = 2", "max = 3") + "error = [0.5, 0.5, 0.5]\n[y]\nmax = 3.2\n";
+    fs::write(folder.join("cut.toml"), barred).unwrap();
+    run(&folder, &["diagram", "cut.toml"]).expect(0, &["warning: cut.toml: error bars run off the chart"]);
     // One of several cameras', by what it differs in; little tilts have a page of their own scale.
     let sweep = |tilts: &str| {
         format!(

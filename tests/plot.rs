@@ -355,6 +355,10 @@ fn level_bars_and_labels_of_points() {
         ("labels = [\"one\"]", "`labels` has 1 texts and `x` has 3"),
         ("labels_column = \"t\"", "there is no table"),
         ("low = [2, 2, 2]\nhigh = [1, 3, 3]", "bar runs from 2 down to 1"),
+        ("error = [-1, 1, 1]", "bar runs from 2 down to 0"),
+        ("low = [2, 2, 2]\nhigh = [3, 3, 3]", "(1, 1) lies beyond its bar from 2 to 3"),
+        ("[x]\nmax = 3\nticks = [1, 5]", "x.ticks: the tick 5 lies off the axis, which runs from 1 to 3"),
+        ("[y]\nscale = \"log\"\nticks = [0, 1]", "y.ticks: the tick 0 lies off the axis"),
         ("x_low = [1]", "`x_low` has 1 values and `x` has 3"),
         (
             "labels = [\"\\u0007\", \"\", \"\"]",

@@ -161,6 +161,11 @@ fn starter(kind: &str, outputs: &[PathBuf]) -> Result<()> {
         [one] => one.clone(),
         _ => return Err(Error::new(ErrorKind::Usage, "--new writes one file").remedy("give one -o")),
     };
+    if target.extension().is_none_or(|ending| ending != "toml") {
+        return Err(Error::new(ErrorKind::Usage, "a figure file's name ends in .toml")
+            .in_file(target.display().to_string())
+            .remedy(format!("for example -o {}.toml", kind.name)));
+    }
     if target.exists() {
         return Err(Error::invalid("there is a file of this name already")
             .in_file(target.display().to_string())
@@ -168,10 +173,12 @@ fn starter(kind: &str, outputs: &[PathBuf]) -> Result<()> {
     }
     output::write_text(&target, &[], kind.starter)?;
     match kind.needs {
-        Some(key) => {
-            report::print(&format!("{}: name files of your own in `{key}`, then draw it\n", target.display()))
-        }
-        None => Ok(()),
+        [] => Ok(()),
+        keys => report::print(&format!(
+            "{}: name files of your own in `{}`, then draw it\n",
+            target.display(),
+            keys.join("` and `")
+        )),
     }
 }
 

@@ -219,5 +219,17 @@ fn words(explanation: &Explanation) -> String {
             format!("Left out as too small, {} may change the picture by {tolerance}.\n", names.join(", "))
         }
     };
+    for row in &explanation.effects {
+        let known = row.change_rms.zip(row.change_rms_at_most).filter(|(change, most)| *most <= 1.5 * change);
+        let more = known.filter(|(change, _)| *change > explanation.tolerance_rms);
+        if let Some((change, _)) = more.filter(|_| explanation.left_out.contains(&row.effect)) {
+            text += &format!(
+                "In the pictures measured here {} changes more, {}: `--with {}` keeps it.\n",
+                row.effect,
+                report::rms(change),
+                row.effect
+            );
+        }
+    }
     text
 }

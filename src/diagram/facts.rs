@@ -3,9 +3,10 @@
 use super::parts::Scene;
 use super::section::{Pierce, View};
 use super::whereabouts::cut;
-use super::words::{length, short};
+use super::words::{length, length_among, short};
 use crate::camera::{Camera, Standard};
 use crate::geometry::Line;
+use crate::optics::DepthOfField;
 
 /// Short facts for the caption; variables between asterisks.
 pub(crate) fn lines(scene: &Scene, circle: f64) -> Vec<String> {
@@ -72,7 +73,11 @@ fn movements(standard: &Standard) -> Option<String> {
 
 fn focus(scene: &Scene) -> String {
     match scene.optics.axis_crossing(scene.optics.focus_plane()) {
-        Some(t) if t > 0.0 => format!("focused at {} on the axis", length(t)),
+        Some(t) if t > 0.0 => {
+            let limits = scene.depth.and_then(|depth| limits(scene, &depth));
+            let apart = limits.map_or(f64::INFINITY, |[near, far]| far - near);
+            format!("focused at {} on the axis", length_among(t, apart))
+        }
         Some(_) => "focus plane does not cross the axis ahead".to_owned(),
         None if scene.optics.hinge_line().is_at_infinity() => "focused at infinity".to_owned(),
         None => "focus plane parallel to the axis".to_owned(),
@@ -81,15 +86,22 @@ fn focus(scene: &Scene) -> String {
 
 fn depth(scene: &Scene) -> Option<String> {
     let depth = scene.depth?;
-    let near = scene.optics.axis_crossing(depth.near).filter(|&t| t > 0.0)?;
-    Some(match scene.optics.axis_crossing(depth.far).filter(|&t| t > 0.0) {
-        Some(far) => match [near.min(far), near.max(far)].map(length) {
-            // Closer together than is written.
-            [from, to] if from == to => format!("sharp at {from} alone"),
-            [from, to] => format!("sharp from {from} to {to}"),
-        },
-        None => format!("sharp from {} to infinity", length(near)),
+    let [near, far] = limits(scene, &depth)?;
+    if far == f64::INFINITY {
+        return Some(format!("sharp from {} to infinity", length(near)));
+    }
+    Some(match [near, far].map(|limit| length_among(limit, far - near)) {
+        // Closer together than is written.
+        [from, to] if from == to => format!("sharp at {from} alone"),
+        [from, to] => format!("sharp from {from} to {to}"),
     })
+}
+
+/// Where sharpness begins and ends along the axis, metres; it may end at infinity.
+fn limits(scene: &Scene, depth: &DepthOfField) -> Option<[f64; 2]> {
+    let crossing = |plane| scene.optics.axis_crossing(plane).filter(|&t| t > 0.0);
+    let near = crossing(depth.near)?;
+    Some(crossing(depth.far).map_or([near, f64::INFINITY], |far| [near.min(far), near.max(far)]))
 }
 
 fn rules(scene: &Scene) -> Vec<String> {

@@ -133,8 +133,9 @@ impl Figure {
     /// What a reader would look for and not find, in words: parts that lie off the page, and labels for which it has no room.
     pub fn not_shown(&self) -> Vec<String> {
         let parts = beyond(&self.list.items).into_iter().map(|(part, whose)| match part {
-            "some-points" => "some of the points lie off the page".to_owned(),
-            "some-guides" => "some of the guides lie off the page".to_owned(),
+            "some-points" => "points lie off the chart".to_owned(),
+            "some-bars" => "error bars run off the chart".to_owned(),
+            "some-guides" => "guides lie off the chart".to_owned(),
             "some-of-front" => "some of the front lies off the film".to_owned(),
             part => format!("the {}{whose} lies off the page", part.replace('-', " ")),
         });

@@ -73,14 +73,32 @@ pub(crate) fn length(metres: f64) -> String {
     }
 }
 
+/// A length of which others differ by `apart` metres: as [`length`], and to a tenth of that if it says less.
+pub(crate) fn length_among(metres: f64, apart: f64) -> String {
+    let text = length(metres);
+    let Some((number, unit)) = text.split_once(' ') else { return text };
+    let unit_size = match unit {
+        "mm" => 1e-3,
+        "m" => 1.0,
+        _ => return text,
+    };
+    let needed = libm::ceil(-libm::log10(0.1 * apart / unit_size));
+    let written = number.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    // As many as a double holds, and nobody reads more than four.
+    if !(1.0..=4.0).contains(&needed) || needed as usize <= written {
+        return text;
+    }
+    format!("{:.*} {unit}", needed as usize, metres / unit_size).replace('-', "−")
+}
+
 /// How far film and lens stand apart: of less than ten metres to a hundredth of a millimetre, for half a millimetre may be what stands between
-/// ten metres and infinity.
+/// ten metres and infinity; of less than fifty millimetres to a thousandth, for of such lenses it takes less.
 pub(crate) fn extension(extension: Length) -> String {
     let millimetres = extension.as_millimetres();
     if !(0.995..9999.5).contains(&millimetres) {
         return length(extension.as_metres());
     }
-    let text = format!("{millimetres:.2}");
+    let text = format!("{millimetres:.*}", if millimetres < 50.0 { 3 } else { 2 });
     format!("{} mm", text.trim_end_matches('0').trim_end_matches('.'))
 }
 

@@ -100,10 +100,15 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     sheet.strip(&panel, scene.section.view.name(), false)?;
     let group = pictures(&scene, &sheet, beside, &lens, [sharp, unsharp])?;
     sheet.items.push(Item::Group(group));
-    let words = if is_upright(&scene) { "by lens point; right is up" } else { "on the film, by lens point" };
-    let item =
-        sheet.caption("caption", lettering::runs(words), [beside[0], beside[3] + 3.4], theme::LETTER)?;
-    sheet.items.push(item);
+    let words = if is_upright(&scene) {
+        ["by lens point; right is up", "right is up"]
+    } else {
+        ["on the film, by lens point", "by lens point"]
+    };
+    let [long, short] = words.map(lettering::runs);
+    let fits = lettering::width(&long)? * theme::LETTER <= beside[2] - beside[0];
+    let words = if fits { long } else { short };
+    sheet.items.push(sheet.caption("caption", words, [beside[0], beside[3] + 3.4], theme::LETTER)?);
     stage::end(&stage, sheet, frame, "How pictures add up", &sentences)
 }
 
@@ -159,11 +164,11 @@ fn seen_through(scene: &Scene, canvas: &mut Canvas, lens: &[DVec3], [film, sharp
     let normal = libm::hypot(up[0], up[1]).max(1e-12);
     let along = [up[1] / normal, up[0] / normal];
     let ends = [half, -half].map(|t| [to[0] + t * along[0], to[1] + t * along[1]]);
-    canvas.part(
-        "far-wall",
-        vec![Shape::line(ends[0], ends[1], broken(theme.quiet, theme::THIN, theme::DASHED))],
-    );
-    canvas.avoid(ends[0], ends[1], theme::THIN, Weight::Light);
+    if let Some((a, b)) = canvas.panel.clip_segment(ends[0], ends[1]) {
+        let dashes = broken(theme.quiet, theme::THIN, theme::DASHED);
+        canvas.part("far-wall", vec![Shape::line(a, b, dashes)]);
+        canvas.avoid(a, b, theme::THIN, Weight::Light);
+    }
     for (words, p, hue, aside) in [
         ("sharp point", sharp, theme.focus, [0.3, 0.95]),
         ("unsharp|point", unsharp, theme.depth, [0.95, 0.3]),
@@ -190,8 +195,10 @@ fn pictures(
     let most =
         lens.iter().map(|&s| (height(scene, s, points[1]) - sharp).abs()).fold(0.0, f64::max).max(1e-9);
     let middle = 0.5 * (left + right);
+    let word = lettering::runs("sum");
+    let wide = lettering::width(&word)? * theme::LETTER;
     // Room for the name of the sum at the left.
-    let per = 0.31 * (right - left) / most;
+    let per = (0.31 * (right - left)).min(0.5 * (right - left) - wide - 2.5) / most;
     let rows = lens.len() as f64 + 1.0;
     let row = (bottom - top) / (rows + 0.6);
     let mut items: Vec<Item> = Vec::new();
@@ -230,11 +237,7 @@ fn pictures(
     let border = [[left, top], [right, top], [right, bottom], [left, bottom]];
     let edge = Shape::polyline(&border, true, None, Some(solid(theme.faint, theme::THIN)));
     items.push(Item::Group(Group::of("frame", vec![Item::Shape(edge)])));
-    let word = lettering::runs("sum");
-    let wide = lettering::width(&word)? * theme::LETTER;
-    if ends[0] - left > wide + 3.0 {
-        items.push(sheet.caption("caption", word, [left + 1.5, y + 0.36 * theme::LETTER], theme::LETTER)?);
-    }
+    items.push(sheet.caption("caption", word, [left + 1.5, y + 0.36 * theme::LETTER], theme::LETTER)?);
     Ok(Group {
         part: Some("film-rows"),
         data: vec![("data-page-per-metre", exact(per))],

@@ -75,7 +75,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             _ => {}
         };
         sheet.push(stage::panel(&scene, panel, name, marks)?);
-        sheet.strip(&panel, &format!("step {}", i + 1), false)?;
+        sheet.strip(&panel, &stage::seen(&scene, &format!("step {}", i + 1)), false)?;
     }
     stage::end(&stage, sheet, frame, "Both rules", &sentences)
 }

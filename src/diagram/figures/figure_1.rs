@@ -56,10 +56,17 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let mut sheet = Sheet::new(page.size, [60.0, 60.0], &page.theme)?;
     sheet.background = page.background;
     let top = sheet.heading(page.title.as_deref())?;
-    let [width, height] = page.size;
+    let [width, mut height] = page.size;
+    let needed = top + MARGIN + 25.0 * count;
+    if height < needed && !page.has_height {
+        height = needed.ceil();
+        sheet.size[1] = height;
+    }
     let each = (height - top - MARGIN) / count;
-    if each < 25.0 {
-        return Err(Error::invalid("the page leaves no room for the panels").at_key("height_mm"));
+    if height < needed {
+        return Err(Error::invalid("the page leaves no room for the panels")
+            .at_key("height_mm")
+            .remedy(format!("give at least {:.0}", needed.ceil())));
     }
     let mut description = Vec::new();
     for (i, scene) in scenes.iter_mut().enumerate() {

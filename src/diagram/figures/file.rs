@@ -143,6 +143,8 @@ pub(crate) struct Input<'a> {
 /// The page of a figure, settled.
 pub(crate) struct Page {
     pub(crate) size: [f64; 2],
+    /// Whether the file says how high it is: else it may be as high as what it holds needs.
+    pub(crate) has_height: bool,
     pub(crate) title: Option<String>,
     pub(crate) theme: Theme,
     pub(crate) background: bool,
@@ -202,7 +204,13 @@ impl Input<'_> {
             (None, Some(name)) => Theme::named(name)?,
             (None, None) => Theme::PRINT,
         };
-        Ok(Page { size: [width, height], title: keys.title, theme, background: keys.paper })
+        Ok(Page {
+            size: [width, height],
+            has_height: keys.height_mm.is_some(),
+            title: keys.title,
+            theme,
+            background: keys.paper,
+        })
     }
 
     /// The camera that the file gives or names; with its meshes where they are `wanted`.

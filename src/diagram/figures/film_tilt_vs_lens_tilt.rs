@@ -91,7 +91,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         let panel = extent::fit(bounds, frame, 4.0);
         scene.bundles = rays::bundles(&scene, &panel);
         sheet.push(stage::panel(&scene, panel, name, |_, _| {})?);
-        sheet.strip(&panel, words, false)?;
+        sheet.strip(&panel, &stage::seen(&scene, words), false)?;
     }
     stage::end(&stage, sheet, frame, "Film tilt and lens tilt", &sentences)
 }

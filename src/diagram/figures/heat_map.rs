@@ -29,15 +29,21 @@ const ROOM: [f64; 2] = [15.0, 9.0];
 /// Height of a colour's sample in the legend.
 const SAMPLE: f64 = 3.0;
 
+/// The smallest page, width and height in millimetres.
+const LEAST: [f64; 2] = [60.0, 45.0];
+
 /// Draws the figure that a file describes.
 pub(crate) fn draw(input: &Input) -> Result<Figure> {
-    let page = input.page(|width| 0.42 * width)?;
+    let page = input.page(|width| (0.42 * width).max(LEAST[1]))?;
     let keys: Keys = input.keys()?;
     if !keys.bands.windows(2).all(|pair| pair[0] < pair[1]) {
         return Err(input.document.error("bands", "the bands do not rise").remedy("sort them"));
     }
     let grid = heat_map_grid::read(input, &keys)?;
-    let mut sheet = Sheet::new(page.size, [60.0, 45.0], &page.theme)?;
+    for (axis, given, key) in [(&grid.x, &keys.x.ticks, "x.ticks"), (&grid.y, &keys.y.ticks, "y.ticks")] {
+        axis.range.check_ticks(given).map_err(|error| error.at(input.document.place(key)))?;
+    }
+    let mut sheet = Sheet::new(page.size, LEAST, &page.theme)?;
     sheet.background = page.background;
     let top = sheet.heading(page.title.as_deref())?;
     let (frames, x_ticks) = frames(&keys, &grid, &sheet, top)?;
@@ -70,7 +76,8 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         sheet.push(Group { part: Some("chart"), data, items, ..Group::default() });
     }
     titles(&keys, &frames, &mut sheet)?;
-    legend(&keys, &colors, &frames, &mut sheet)?;
+    let has_empty = grid.maps.iter().flatten().flatten().any(Option::is_none);
+    legend(&keys, (&colors, has_empty), &frames, &mut sheet)?;
     let title = |axis: &AxisKeys| axis.title.as_deref().map_or(axis.column.clone(), plain);
     let value = keys.value.as_deref().map_or("values".to_owned(), plain);
     let name = format!("{value} over {} and {}", title(&keys.x), title(&keys.y));
@@ -244,8 +251,13 @@ fn titles(keys: &Keys, frames: &[[f64; 4]], sheet: &mut Sheet) -> Result<()> {
     Ok(())
 }
 
-/// Samples of the colours in a row, the bands' ends under their borders, and what an empty cell means.
-fn legend(keys: &Keys, colors: &Colors, frames: &[[f64; 4]], sheet: &mut Sheet) -> Result<()> {
+/// Samples of the colours in a row, the bands' ends under their borders, and what an empty cell means where there is one.
+fn legend(
+    keys: &Keys,
+    (colors, has_empty): (&Colors, bool),
+    frames: &[[f64; 4]],
+    sheet: &mut Sheet,
+) -> Result<()> {
     let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return Ok(()) };
     let [_, height] = sheet.size;
     let top = height - MARGIN - LINE - SAMPLE - 0.6;
@@ -255,7 +267,7 @@ fn legend(keys: &Keys, colors: &Colors, frames: &[[f64; 4]], sheet: &mut Sheet) 
     let named = lettering::width(&value)? * theme::LETTER;
     let empty = lettering::width(&nothing)? * theme::LETTER;
     let from = first[0] + if value.is_empty() { 0.0 } else { named + 2.0 };
-    let to = last[2] - empty - 1.2 - 6.0 - 5.0;
+    let to = last[2] - if has_empty { empty + 1.2 + 6.0 + 5.0 } else { 0.0 };
     let step = (to - from) / colors.bands.len() as f64;
     if step < 3.0 {
         return Err(Error::invalid("the page is too narrow for the legend of this heat map")
@@ -294,8 +306,10 @@ fn legend(keys: &Keys, colors: &Colors, frames: &[[f64; 4]], sheet: &mut Sheet) 
             end = at + half;
         }
     }
-    items.push(sample(to + 5.0, to + 11.0, colors.nothing));
-    items.push(sheet.caption("label", nothing, [to + 12.2, base], theme::LETTER)?);
+    if has_empty {
+        items.push(sample(to + 5.0, to + 11.0, colors.nothing));
+        items.push(sheet.caption("label", nothing, [to + 12.2, base], theme::LETTER)?);
+    }
     sheet.push(Group::of("legend", items));
     Ok(())
 }

@@ -55,8 +55,8 @@ pub struct Kind {
     pub line: &'static str,
     /// A commented figure file of this kind, which `groundglass diagram --new` writes.
     pub starter: &'static str,
-    /// The key of that file that names files which nobody but its reader has.
-    pub needs: Option<&'static str>,
+    /// The keys of that file that name files which nobody but its reader has.
+    pub needs: &'static [&'static str],
     /// The schemas of the structs that hold its keys.
     keys: &'static [fn() -> Value],
     draw: fn(&Input) -> Result<Figure>,
@@ -68,7 +68,7 @@ macro_rules! kind {
             name: $name,
             line: $line,
             starter: include_str!(concat!("../../../diagrams/", $name, ".toml")),
-            needs: None,
+            needs: &[],
             keys: &[schema_of::<keys::PageKeys>, $(schema_of::<$keys>),*],
             draw: $draw,
         }
@@ -138,7 +138,7 @@ pub const KINDS: &[Kind] = &[
         [keys::CameraKeys, movements::Keys]
     ),
     Kind {
-        needs: Some("scenes"),
+        needs: &["scenes"],
         ..kind!(
             "figure-1",
             "the three panels of the 2004 paper: nothing, the lens, the film tilted",
@@ -177,7 +177,7 @@ pub const KINDS: &[Kind] = &[
         [keys::CameraKeys, stage::SectionKeys, solve::Keys]
     ),
     Kind {
-        needs: Some("picture"),
+        needs: &["scene", "picture"],
         ..kind!(
             "view-pair",
             "a rendered picture with its diagram beside it, the sharp line marked in both",
@@ -186,7 +186,7 @@ pub const KINDS: &[Kind] = &[
         )
     },
     Kind {
-        needs: Some("pictures"),
+        needs: &["pictures"],
         ..kind!(
             "pictures",
             "pictures side by side with their names, to be compared",
@@ -196,7 +196,7 @@ pub const KINDS: &[Kind] = &[
     },
     kind!("plot", "a chart of numbers from CSV or JSON, with error bars", plot::draw, [plot_keys::Keys]),
     Kind {
-        needs: Some("data"),
+        needs: &["data"],
         ..kind!(
             "heat-map",
             "maps of a number over two axes, side by side, from CSV or JSON",

@@ -64,8 +64,17 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let mut sheet = Sheet::new(page.size, [60.0, 60.0], &page.theme)?;
     sheet.background = page.background;
     let top = sheet.heading(page.title.as_deref())?;
-    let [width, height] = page.size;
-    let columns = if width < WIDE { 2 } else { 4 };
+    let [width, mut height] = page.size;
+    let wide_of = |columns: usize| (width - 2.0 * MARGIN - GUTTER * (columns - 1) as f64) / columns as f64;
+    let senses = MOVEMENTS.iter().map(|(_, sense, _)| lettering::width(&lettering::runs(sense)));
+    let longest = senses.collect::<Result<Vec<f64>>>()?.into_iter().fold(0.0, f64::max) * theme::LETTER;
+    let columns = if width >= WIDE {
+        4
+    } else if wide_of(2) >= longest {
+        2
+    } else {
+        1
+    };
     let rows = 8 / columns;
     let caption = 2.0 * LEADING + 1.5;
     let footnote = |scale: f64| {
@@ -77,10 +86,17 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     // The longest that a scale can be.
     let foot_lines = sheet::broken(&footnote(1000.0 / 125_000.0), width - 2.0 * MARGIN)?.len();
     let foot = LEADING * foot_lines as f64 + 1.0;
-    let wide = (width - 2.0 * MARGIN - GUTTER * (columns - 1) as f64) / columns as f64;
+    let wide = wide_of(columns);
+    let needed = top + MARGIN + foot + rows as f64 * (15.0 + caption);
+    if height < needed && !page.has_height {
+        height = needed.ceil();
+        sheet.size[1] = height;
+    }
     let high = (height - top - MARGIN - foot) / rows as f64 - caption;
-    if high < 15.0 || wide < 22.0 {
-        return Err(Error::invalid("the page leaves no room for eight panels").at_key("height_mm"));
+    if high < 15.0 {
+        return Err(Error::invalid("the page leaves no room for eight panels")
+            .at_key("height_mm")
+            .remedy(format!("give at least {:.0}", needed.ceil())));
     }
     // Room for the camera in every position, the same in all panels.
     let tall = own.film.width.as_metres().max(own.film.height.as_metres());

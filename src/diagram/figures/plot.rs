@@ -69,13 +69,23 @@ fn settle(
     let [width, height] = sheet.size;
     let line = (lettering::ASCENT + lettering::DESCENT) * theme::LETTER;
     let room_across = [(width - 2.0 * MARGIN) / ROOM[0], (height - top) / ROOM[1]];
-    let range = |axis: &AxisKeys, name: &str, values: Vec<f64>, room: f64| {
-        let scale = if axis.scale.as_deref() == Some("log") { Scale::Log } else { Scale::Linear };
-        // What the error is about: a bad value of a series, or an end of the axis.
-        Range::holding(&values, scale, [axis.min, axis.max], room)
-            .map_err(|error| error.at(input.document.place(name)))
-    };
     let is_log = |axis: &AxisKeys| axis.scale.as_deref() == Some("log");
+    let range = |axis: &AxisKeys, name: &str, mut values: Vec<f64>, room: f64| {
+        let scale = if is_log(axis) { Scale::Log } else { Scale::Linear };
+        // An end that is not given is as far out as ticks are. (Of a logarithmic axis those are refused that it cannot have.)
+        values.extend(axis.ticks.iter().filter(|&&tick| {
+            (scale == Scale::Linear || tick > 0.0)
+                && axis.min.is_none_or(|min| tick >= min)
+                && axis.max.is_none_or(|max| tick <= max)
+        }));
+        // What the error is about: a bad value of a series, or an end of the axis.
+        let range = Range::holding(&values, scale, [axis.min, axis.max], room)
+            .map_err(|error| error.at(input.document.place(name)))?;
+        range
+            .check_ticks(&axis.ticks)
+            .map_err(|error| error.at(input.document.place(&format!("{name}.ticks"))))?;
+        Ok::<Range, Error>(range)
+    };
     let points = || all.iter().flat_map(|series| &series.points);
     // An error bar that reaches below zero leaves a logarithmic axis at its lower end; a point there is an error.
     let values = |axis: &AxisKeys, value: fn(&DataPoint) -> f64, bar: fn(&DataPoint) -> Option<[f64; 2]>| {
@@ -86,7 +96,8 @@ fn settle(
     let x = range(&keys.x, "x", values(&keys.x, |p| p.x, |p| p.level_bar), room_across[0])?;
     let y = range(&keys.y, "y", values(&keys.y, |p| p.y, |p| p.bar), room_across[1])?;
 
-    let title_room = |axis: &AxisKeys| if axis.title.is_some() { line + 1.2 } else { 0.0 };
+    let title_room =
+        |axis: &AxisKeys| if axis.title.is_some() || axis.unit.is_some() { line + 1.2 } else { 0.0 };
     // Half of the uppermost tick's label stands over the frame.
     let frame_top = top + title_room(&keys.y) + 1.4;
     let bottom = height - MARGIN - line - AWAY - title_room(&keys.x);

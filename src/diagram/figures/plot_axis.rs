@@ -1,6 +1,7 @@
 //! Axes of charts. In: the values, a scale, a length on the page. Out: the map from values to page millimetres, the
 //! ticks at 1, 2, 5 or decades, and how they are written.
 
+use crate::diagram::words::short;
 use crate::error::{Error, Result};
 
 /// How values run along an axis.
@@ -102,14 +103,33 @@ impl Range {
         Ok(Self { scale, low: from, high: to })
     }
 
+    /// Whether a value lies on the axis.
+    fn holds(&self, value: f64) -> bool {
+        let (u, a, b) = (along(self.scale, value), along(self.scale, self.low), along(self.scale, self.high));
+        let slack = 1e-9 * (b - a) + rounding(a.abs().max(b.abs()));
+        u >= a - slack && u <= b + slack
+    }
+
+    /// Refuses ticks that are given and lie off the axis.
+    ///
+    /// # Errors
+    /// With the first of them.
+    pub(crate) fn check_ticks(&self, given: &[f64]) -> Result<()> {
+        match given.iter().find(|&&tick| !self.holds(tick)) {
+            None => Ok(()),
+            Some(tick) => {
+                let [low, high] = [self.low, self.high].map(short);
+                Err(Error::invalid(format!(
+                    "the tick {tick} lies off the axis, which runs from {low} to {high}"
+                ))
+                .remedy("leave it out, or let the axis run farther"))
+            }
+        }
+    }
+
     /// Ticks for an axis on which this many labels have room, or those that are given.
     pub(crate) fn ticks(&self, room: f64, given: &[f64]) -> Vec<Tick> {
-        let inside = |value: f64| {
-            let (u, a, b) =
-                (along(self.scale, value), along(self.scale, self.low), along(self.scale, self.high));
-            let slack = 1e-9 * (b - a) + rounding(a.abs().max(b.abs()));
-            u >= a - slack && u <= b + slack
-        };
+        let inside = |value: f64| self.holds(value);
         // One value on an axis does not tell how it runs.
         let are_enough = |values: &Vec<f64>| values.iter().filter(|&&v| inside(v)).count() >= 2;
         let majors: Vec<f64> = match (given.is_empty(), self.scale) {

@@ -137,9 +137,10 @@ pub(super) fn axes(chart: &Chart, sheet: &Sheet) -> Result<Vec<Item>> {
 /// The x axis's title under its middle, that of the y axis over its top, so that both read from left to right.
 pub(super) fn titles(chart: &Chart, keys: &Keys, sheet: &Sheet) -> Result<Vec<Item>> {
     let [left, top, right, bottom] = chart.panel.frame;
-    let said = |axis: &AxisKeys| {
-        let unit = axis.unit.as_ref().map_or(String::new(), |unit| format!(" ({unit})"));
-        axis.title.as_ref().map(|title| lettering::runs(&format!("{title}{unit}")))
+    let said = |axis: &AxisKeys| match (&axis.title, &axis.unit) {
+        (Some(title), Some(unit)) => Some(lettering::runs(&format!("{title} ({unit})"))),
+        (Some(alone), None) | (None, Some(alone)) => Some(lettering::runs(alone)),
+        (None, None) => None,
     };
     let mut items = Vec::new();
     for (axis, is_x) in [(&keys.x, true), (&keys.y, false)] {

@@ -20,10 +20,11 @@ pub(super) fn series_group(chart: &Chart, series: &Series, look: Look, theme: &T
     let panel = &chart.panel;
     let at = |p: &DataPoint| [chart.x.page(p.x), chart.y.page(p.y)];
     let mut items = Vec::new();
-    let mut bars = Vec::new();
+    let (mut bars, mut is_cut) = (Vec::new(), false);
     for (a, b) in series.points.iter().flat_map(|point| bar_ends(chart, point)) {
         // One that lies on the frame is not cut off.
         let is_on_frame = [a, b].into_iter().all(|end| panel.holds(end, -1e-9));
+        is_cut |= !is_on_frame;
         let piece = if is_on_frame { Some((a, b)) } else { panel.clip_segment(a, b) };
         if let Some((from, to)) = piece {
             let stroke = solid(look.hue.line, BAR);
@@ -62,6 +63,8 @@ pub(super) fn series_group(chart: &Chart, series: &Series, look: Look, theme: &T
     }
     if shown.len() < series.points.len() {
         items.push(Item::Group(Group::off_page("some-points", "beyond")));
+    } else if is_cut {
+        items.push(Item::Group(Group::off_page("some-bars", "beyond")));
     }
     let list = |value: &dyn Fn(&DataPoint) -> f64| {
         shown.iter().map(|p| exact(value(p))).collect::<Vec<_>>().join(" ")

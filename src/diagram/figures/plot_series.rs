@@ -137,19 +137,24 @@ pub(crate) fn read(
             (low, high) => Some([low.unwrap_or(value), high.unwrap_or(value)]),
         };
         let bar = match pick(&error, i) {
-            Some(half) => Some([y - half.abs(), y + half.abs()]),
+            Some(half) => Some([y - half, y + half]),
             None => ends(pick(&low, i), pick(&high, i), y),
         };
         let level_bar = ends(pick(&x_low, i), pick(&x_high, i), x);
-        for ends in [bar, level_bar] {
+        for (ends, value) in [(bar, y), (level_bar, x)] {
+            // A point may be rounded otherwise than its bar.
+            let slack = 1e-9 * value.abs();
             if let Some([low, high]) = ends
-                && low > high
+                && (low > value + slack || high < value - slack)
             {
-                let message = format!("at ({x}, {y}) the bar runs from {low} down to {high}");
-                return Err(input
-                    .document
-                    .error(&format!("series[{index}]"), message)
-                    .remedy("give its lower end first, and each on its own side of the point"));
+                let message = if low > high {
+                    format!("at ({x}, {y}) the bar runs from {low} down to {high}")
+                } else {
+                    format!("the point ({x}, {y}) lies beyond its bar from {low} to {high}")
+                };
+                return Err(input.document.error(&format!("series[{index}]"), message).remedy(
+                    "give the lower end as low, the higher as high, and an error that is not negative",
+                ));
             }
         }
         let label = labels.as_ref().and_then(|labels| labels.get(i)).filter(|label| !label.is_empty());

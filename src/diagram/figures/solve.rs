@@ -86,7 +86,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let panel = extent::fit(stage::around(&scene, &stage::rule_points(&scene))?, next(), 4.0);
     scene.bundles = rays::bundles(&scene, &panel);
     sheet.push(stage::panel(&scene, panel, "solved", |_, _| {})?);
-    sheet.strip(&panel, "wanted plane", false)?;
+    sheet.strip(&panel, &stage::seen(&scene, "wanted plane"), false)?;
     if let Some((wanted, stopped, nearest)) = &failing {
         // The camera before any movement: that of the nearest plane is bent beyond drawing.
         let level = Standard { tilt: Angle::ZERO, swing: Angle::ZERO, ..camera.front };
@@ -118,7 +118,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         }
         limits::draw(&scene, &mut canvas, wanted, stopped);
         sheet.push(parts::close(&scene, canvas, "stopped")?);
-        sheet.strip(&panel, "stopped by a limit", false)?;
+        sheet.strip(&panel, &stage::seen(&scene, "stopped by a limit"), false)?;
     }
     stage::end(&stage, sheet, frame, "Which movements", &sentences)
 }

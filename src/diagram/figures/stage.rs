@@ -11,7 +11,7 @@ use crate::diagram::facts;
 use crate::diagram::panel::Panel;
 use crate::diagram::parts::{self, PARTS, Role, Scene};
 use crate::diagram::rays;
-use crate::diagram::section::{Pierce, Section};
+use crate::diagram::section::{Pierce, Section, View};
 use crate::diagram::sheet::{self, GUTTER, LEADING, MARGIN, STRIP, Sheet};
 use crate::diagram::whereabouts::{self, Cut, cut};
 use crate::diagram::words;
@@ -231,6 +231,18 @@ pub(crate) fn page_way(scene: &Scene, vector: DVec3) -> Point {
     [x / length, -y / length]
 }
 
+/// The least height of panels, page millimetres.
+const LEAST_HIGH: f64 = 25.0;
+
+/// What a panel shows, and from where it is seen, unless that is from the side.
+pub(crate) fn seen(scene: &Scene, words: &str) -> String {
+    match scene.section.view {
+        View::Side => words.to_owned(),
+        view if words.is_empty() => view.name().to_owned(),
+        view => format!("{words}, {}", view.name()),
+    }
+}
+
 /// The height that a page of one panel and some sentences takes.
 pub(crate) fn height(width: f64) -> f64 {
     0.5 * width + 30.0
@@ -261,19 +273,25 @@ pub(crate) fn single(
 /// # Errors
 /// When the page is too small, or a glyph is missing.
 pub(crate) fn begin<'a>(stage: &'a Stage, sentences: &[String]) -> Result<(Sheet<'a>, [f64; 4])> {
-    let [width, height] = stage.page.size;
+    let [width, mut height] = stage.page.size;
     let mut sheet = Sheet::new(stage.page.size, [60.0, 40.0], &stage.page.theme)?;
     sheet.background = stage.page.background;
     sheet.with_scale = !stage.hide.iter().any(|part| part == "scale");
     let top = sheet.heading(stage.page.title.as_deref())?;
     let foot = LEADING * wrapped(stage, sentences)?.len() as f64 + 1.0;
+    let around = top + MARGIN + STRIP + foot;
+    if height - around < LEAST_HIGH && !stage.page.has_height {
+        // Many sentences, which a narrow page breaks into many lines.
+        height = (around + LEAST_HIGH.max(0.5 * width)).ceil();
+        sheet.size[1] = height;
+    }
     let frame = [MARGIN, top, width - MARGIN, height - MARGIN - STRIP - foot];
-    if frame[3] - frame[1] < 25.0 {
+    if frame[3] - frame[1] < LEAST_HIGH {
         return Err(Error::invalid(format!(
             "a page of {width} by {height} mm leaves no room for the drawing"
         ))
         .at_key("height_mm")
-        .remedy("give a larger page"));
+        .remedy(format!("give at least {:.0}", (around + LEAST_HIGH).ceil())));
     }
     Ok((sheet, frame))
 }
