@@ -118,6 +118,23 @@ fn of_two_materials_with_one_name_the_later_counts_and_that_is_said() -> Result<
 }
 
 #[test]
+fn keywords_with_other_capitals_are_told() -> Result<()> {
+    let files = Memory::new()
+        .with("scene/a.obj", text(format!("MTLLIB a.mtl\nmtllib a.mtl\nusemtl mü\n{TRIANGLE}F 1 2 3\n")))
+        .with("scene/a.mtl", text("newmtl m\nkd 1 0 0\nNS 3\nMAP_KD t.png\n"));
+    let (_, warnings) = load(&files, "a.obj")?;
+    let said = [
+        "a.obj:1: `MTLLIB` is left out: the keyword is written `mtllib`",
+        "a.obj:9: `F` is left out: the keyword is written `f`",
+        "a.mtl:2: `kd` is left out: the keyword is written `Kd`",
+        "a.mtl:4: `MAP_KD` is left out: the keyword is written `map_Kd`",
+        "a.obj:3: there is no material `mü`; the default is used",
+    ];
+    assert_eq!(warnings, said);
+    Ok(())
+}
+
+#[test]
 fn names_with_a_hash_are_one_material_each() -> Result<()> {
     let colours = |mtl: &str, uses: &[&str]| {
         let faces: String = uses.iter().map(|name| format!("usemtl {name}\nf 1 2 3\n")).collect();

@@ -334,14 +334,18 @@ fn too_little_memory_is_2() {
 fn what_the_first_picture_is_drawn_beside_does_not_replace_it() {
     let (_keep, folder) = folder("");
     let quick = ["--width", "16", "--samples", "2"];
-    for words in [
-        &["-o", "tower-diagram.png"][..],
-        &["-o", "o.png", "--stats", "tower-diagram.svg"],
-        &["-o", "o.png", "--error-map", "tower-diagram.png"],
-    ] {
+    for words in
+        [&["-o", "o.png", "--stats", "o-diagram.svg"][..], &["-o", "o.png", "--error-map", "o-diagram.png"]]
+    {
         run(&folder, &[&["render"], words, &quick].concat()).expect(64, &["name one file", "two names"]);
     }
     assert_eq!(names(&folder), ["scene.toml", "t.obj"]);
+    fs::write(folder.join("tower-diagram.svg"), "mine").unwrap();
+    run(&folder, &[&["render", "-o", "a.b.png"][..], &quick].concat()).expect(0, &[]);
+    assert_eq!(fs::read_to_string(folder.join("tower-diagram.svg")).unwrap(), "mine");
+    let written =
+        ["a.b-diagram.png", "a.b-diagram.svg", "a.b.png", "scene.toml", "t.obj", "tower-diagram.svg"];
+    assert_eq!(names(&folder), written);
 }
 
 #[test]

@@ -62,7 +62,11 @@ fn odd_meshes_load_warn_or_fail_as_the_rules_say() {
         ("old Mac line ends in the MTL only", mtl("usemtl a\nf 1 2 3\n", "newmtl a\rKd 1 0 0\r"), Loads(1)),
         ("UTF-16 big-endian", bytes(&utf16), Fails(None)),
         ("CR CR LF", with("f 1 2 3\r\r\nf 1 3 4\r\r\n"), Loads(2)),
-        ("statements in capitals are unknown", with("F 1 2 3\nf 1 2 3\n"), Loads(1)),
+        (
+            "statements in capitals are unknown, and told",
+            with("F 1 2 3\nf 1 2 3\n"),
+            Warns(1, "is written `f`"),
+        ),
         ("no space after f", with("f1 2 3\nf 1 2 3\n"), Loads(1)),
         ("indices with a plus sign", with("f +1 +2 +3\n"), Loads(1)),
         ("indices with leading zeros", with("f 001 0002 3\n"), Loads(1)),

@@ -27,7 +27,14 @@ pub(super) fn write_whole(
     fill(&mut writer).map_err(|error| {
         let is_told = error.kind() != ErrorKind::Io || error.remedy_text().is_some();
         let error = error.in_file(target.display().to_string());
-        if is_told { error } else { error.remedy("see whether the disk is full, or name another place") }
+        if is_told {
+            error
+        } else {
+            {
+                error
+                    .remedy("see whether the disk is full or files may not be so long, or name another place")
+            }
+        }
     })?;
     let failed = |error: io::Error| broken(target, &error);
     let file = writer.into_inner().map_err(|error| failed(error.into_error()))?;

@@ -25,7 +25,8 @@ pub(super) struct Arguments {
     pub(super) root: RootArguments,
     #[command(flatten)]
     pub(super) memory: MemoryArguments,
-    /// The picture: .png (8-bit sRGB) or .exr (linear float); groundglass-out/STEM.png by default
+    /// The picture: .png (8-bit sRGB) or .exr (linear float); groundglass-out/STEM.png by default. The built-in scene's diagram goes
+    /// beside it
     #[arg(short, long, value_name = "FILE", allow_hyphen_values = true)]
     pub(super) output: Option<PathBuf>,
     /// Exactly this many samples for each pixel
@@ -297,9 +298,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-/// What the built-in scene's diagram is written as.
+/// What the built-in scene's diagram is written as: beside the picture, and named after it, so that it replaces nobody's.
 fn diagrams(picture: &Path) -> [PathBuf; 2] {
-    ["svg", "png"].map(|ending| picture.with_file_name("tower-diagram").with_extension(ending))
+    let stem = picture.file_stem().unwrap_or_default().to_string_lossy();
+    ["svg", "png"].map(|ending| picture.with_file_name(format!("{stem}-diagram.{ending}")))
 }
 
 /// For the built-in scene: its diagram beside the picture, and what to try next: among it a picture of four times the `samples`, if

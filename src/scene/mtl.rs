@@ -6,7 +6,7 @@
 
 use std::fmt::Write as _;
 
-use super::normalize::shown;
+use super::normalize::{in_other_case, miswritten, shown};
 use super::text::{Statement, number, readings, squeezed, statements};
 use super::warnings::Warnings;
 use crate::error::{Error, Result};
@@ -118,6 +118,9 @@ impl Work<'_> {
             if let Some(entry) = self.entries.last_mut() {
                 entry.unread.extend(name);
             }
+        }
+        if let Some(meant) = in_other_case(keyword, &["newmtl", "Kd", "Ke", "d", "Tr", "map_Kd", "map_d"]) {
+            self.warn(statement, "case", || miswritten(keyword, meant));
         }
         if !matches!(keyword, "Kd" | "Ke" | "d" | "Tr" | "map_Kd" | "map_d" | "map_Ke" | "decal") {
             return;

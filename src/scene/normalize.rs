@@ -284,7 +284,12 @@ impl Work<'_> {
             "curv" | "curv2" | "surf" | "bzp" | "bsp" | "cdc" | "cdp" => "a free-form curve or surface",
             "maplib" | "usemap" if statement.rest() != "off" => "a texture outside a material",
             _ if keyword.starts_with('!') => "a command, which is never run",
-            _ => return,
+            _ => {
+                if let Some(meant) = in_other_case(keyword, &["v", "vt", "vn", "f", "usemtl", "mtllib"]) {
+                    self.warn(statement.line, keyword, || miswritten(keyword, meant));
+                }
+                return;
+            }
         };
         self.warn(statement.line, keyword, || {
             format!("`{}` asks for {asks_for}; it is left out", shown(keyword))
@@ -326,9 +331,23 @@ fn numbers<'s, const N: usize>(
     Ok(defaults.map(Option::unwrap_or_default))
 }
 
+/// The keyword of these that a file writes with other capitals.
+pub(crate) fn in_other_case(keyword: &str, known: &[&'static str]) -> Option<&'static str> {
+    known.iter().copied().find(|meant| keyword != *meant && keyword.eq_ignore_ascii_case(meant))
+}
+
+/// What is said of such a keyword.
+pub(crate) fn miswritten(keyword: &str, meant: &str) -> String {
+    format!("`{keyword}` is left out: the keyword is written `{meant}`")
+}
+
 /// A word of the file for a message: no longer than a line, nothing that a terminal would obey.
 pub(crate) fn shown(word: &str) -> String {
-    let mut text: String = word.chars().take(40).flat_map(char::escape_default).collect();
+    let escaped = |c: char| match c {
+        '\\' | '\'' | '"' => c.to_string(),
+        c => c.escape_debug().to_string(),
+    };
+    let mut text: String = word.chars().take(40).map(escaped).collect();
     if word.chars().nth(40).is_some() {
         text.push_str("...");
     }

@@ -41,7 +41,11 @@ impl Files {
     }
 
     fn settle(&self, path: &Path, written: &str, fences: Option<&[PathBuf]>) -> Result<PathBuf> {
-        let found = fs::canonicalize(path).map_err(|e| explain(&e, written))?;
+        let found = fs::canonicalize(path).map_err(|e| match fs::metadata(path) {
+            // A pipe that the system names by a number (`/dev/stdin`) is there, and has no path.
+            Ok(kind) => regular(&kind, written).err().unwrap_or_else(|| explain(&e, written)),
+            Err(_) => explain(&e, written),
+        })?;
         self.check_root(&found, written)?;
         if let Some(fences) = fences {
             let inside =
