@@ -182,7 +182,7 @@ fn boxes<S: Simd>(
 
 /// `h.(x, 1)`.
 #[inline(always)]
-fn affine<S: Simd>(h: &DVec4, at: &[f64x8<S>; 3]) -> f64x8<S> {
+pub(super) fn affine<S: Simd>(h: &DVec4, at: &[f64x8<S>; 3]) -> f64x8<S> {
     at[0] * h.x + at[1] * h.y + at[2] * h.z + h.w
 }
 

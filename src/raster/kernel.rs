@@ -59,7 +59,7 @@ pub(crate) struct Hit {
 /// Leaves of hits those lanes that the surface of a visit does not let through.
 pub(crate) type Opaque<'a> = dyn Fn(&Visit, &mut [Hit]) + 'a;
 
-/// A triangle's functions for 16 lens points: each the value at the left top block, and its change with `x`
+/// A triangle's functions for 16 lens points: each the value at the tile's centre, and its change with `x`
 /// and `y` in pixels. Inside where `a`, `b` and `c` are not negative, of a quad `d` neither; `z` is `1/t`.
 #[derive(Clone, Copy)]
 pub(super) struct Functions<S: Simd> {
@@ -129,8 +129,8 @@ fn cover_all<S: Simd, const LOOSE: bool>(
     seen.raise_floor(simd);
 }
 
-/// A bilinear function of triangle `lane` for the 16 lens points, times `factor`: its value at the block grid's
-/// origin, and its change with `x` and `y`. A function and not a closure: closures do not inline into a SIMD context.
+/// A bilinear function of triangle `lane` for the 16 lens points, times `factor`: its value at the tile's
+/// centre, and its change with `x` and `y`. A function and not a closure: closures do not inline into a SIMD context.
 #[inline(always)]
 fn at_lens<S: Simd>(simd: S, e: &Bilinear, lane: usize, batch: &Batch, factor: f32x16<S>) -> [f32x16<S>; 3] {
     let u = f32x16::load_array_ref(simd, &batch.u);

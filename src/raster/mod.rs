@@ -18,6 +18,7 @@
 //! * [`lens_points`]: of these, the ones that a tile's lens points see there.
 //! * [`part`]: what is drawn of a tile, and what of it a box of pixels touches.
 //! * [`film`]: a tile's centre, and the function of an edge or face there.
+//! * [`surfaces`]: a tile's own numbers for the surfaces that it may see.
 //! * [`waiting`]: a tile's next sixteen triangles, until a sample may see them.
 //! * [`sift`]: in a crowd of triangles, those that samples of the tile may meet.
 //! * [`listed`]: where most are far out of focus, all that lens points may see, until a batch does not see them hidden.
@@ -26,7 +27,6 @@
 //!   [`regions`] (block by block) or [`scatter`] (lens point by lens point).
 //! * [`visibility`]: what is seen.
 //! * [`group`]: the samples of a pixel that see the same.
-//! * [`surfaces`]: numbers for what is seen.
 //! * [`tile`]: leads one tile's triangles, and its samples in batches of 16, from [`waiting`] to [`group`].
 //!
 //! # Edge functions

@@ -10,10 +10,10 @@
 //! and an edge's place is good to about 1e-5 of a pixel.
 
 use super::LANES;
+use super::bounds::affine;
 use super::film::{ROUNDING, TileFilm, cross, minus};
 use crate::simd::at_level;
 use fearless_simd::{Bytes, Level, Select, Simd, SimdBase, SimdMask, SimdNarrow, f32x16, f64x8, u32x16};
-use glam::DVec4;
 
 /// A function bilinear in lens point (1, u, v) and place in the tile (1, x, y): coefficients of
 /// `1, u, v, x, xu, xv, y, yu, yv`; `x`, `y` in pixels from the tile's centre. For 16 triangles.
@@ -212,12 +212,6 @@ pub(super) fn corner<S: Simd>(simd: S, v: &Corner, first: usize) -> Places<S> {
         f64x8::from_slice(simd, &y[first..first + 8]),
         f64x8::from_slice(simd, &z[first..first + 8]),
     ]
-}
-
-/// `h.(x, 1)`.
-#[inline(always)]
-fn affine<S: Simd>(h: &DVec4, at: &[f64x8<S>; 3]) -> f64x8<S> {
-    at[0] * h.x + at[1] * h.y + at[2] * h.z + h.w
 }
 
 #[inline(always)]

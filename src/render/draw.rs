@@ -88,7 +88,7 @@ impl<'a> From<&'a mut [Sum]> for TileSums<'a> {
     }
 }
 
-/// Samples of a batch in a region of 4 x 4 pixels.
+/// Samples of a batch in a region of 4 x 4 blocks, which are pixels where there are 16 samples or more.
 const REGION_SAMPLES: u64 = (LANES * REGION * REGION) as u64;
 
 /// Tiles that a thread takes at a time. Left alone, rayon divides the work into a few parts, and one thread ends long after
@@ -336,7 +336,7 @@ fn put_down(step: &Step, sums: &mut [Sum], drawn: &mut [[Vec4; 2]]) {
     });
 }
 
-/// Does something with each pixel's sums in the regions of 4 x 4 pixels that are `wanted`.
+/// Does something with each pixel's sums in the regions of 4 x 4 pixels that are `wanted`: of pictures whose blocks are single pixels.
 fn each_wanted<A, B>(wanted: u64, sums: &mut [A], drawn: &mut [B], with: impl Fn(&mut A, &mut B)) {
     let row = (TILE * REGION as u32) as usize;
     for (y, (sums, drawn)) in sums.chunks_exact_mut(row).zip(drawn.chunks_exact_mut(row)).enumerate() {
