@@ -287,7 +287,7 @@ fn maps_have_a_row_for_each_cell_and_labels_apart() {
             "0.3,0,1\n0.3,1,2\n0.30000000000000004,0,3\n1,0,1\n1,1,2\n",
             "no row has x = 0.30000000000000004, y = 1",
         ),
-        ("0,0,one\n0,1,2\n1,0,3\n1,1,2\n", "`one` in the column `z`, line 2, is not a number"),
+        ("0,0,one\n0,1,2\n1,0,3\n1,1,2\n", "`one` in the column `z`, line 2 of t.csv, is not a number"),
         ("0,0,1\n,1,2\n1,0,3\n1,1,2\n", "the column `x` is empty in line 3"),
     ] {
         let error = map(rows).map(|_| ()).unwrap_err().to_string();
@@ -384,7 +384,7 @@ fn wrong_charts_name_line_key_and_remedy() {
         (
             "y_column = \"rms\"\nerror",
             "y_column = \"who\"\nerror",
-            &["`a` in the column `who`, line 2, is not a number"],
+            &["`a` in the column `who`, line 2 of t.csv, is not a number"],
         ),
         ("data = \"t.csv\"", "data = \"u.csv\"", &["plot.toml:3:", "there is no file `u.csv`"]),
         ("data = \"t.csv\"", "", &["there is no table"]),

@@ -229,6 +229,7 @@ fn camera_of(group: &Group) -> String {
         "data-tilt-deg" => Some(format!(" at a tilt of {value}°")),
         "data-extension-mm" => Some(format!(" at an extension of {value} mm")),
         "data-f-number" => Some(format!(" at f/{value}")),
+        "data-circles" => Some(format!(" of {value} c")),
         _ => None,
     });
     words.collect()

@@ -279,7 +279,7 @@ fn describe(schema: &Value) -> String {
             (Some(count), Some("array")) => format!("{count} points of 3 numbers"),
             (_, Some("number")) => format!("an array of {}numbers", bounds(schema)),
             (_, Some("string")) => format!("an array of {}texts in quotes", bounds(schema)),
-            _ => "an array of tables".into(),
+            _ => format!("an array of {}tables", bounds(schema)),
         },
         Some("boolean") => "true or false".into(),
         Some("integer") => "a whole number".into(),
@@ -292,7 +292,7 @@ fn type_name(value: &DeValue<'_>) -> &'static str {
     match value {
         DeValue::String(_) => "a text",
         DeValue::Integer(_) => "a whole number",
-        DeValue::Float(_) => "a number with a fraction",
+        DeValue::Float(_) => "a number with a point or an exponent",
         DeValue::Boolean(_) => "true or false",
         DeValue::Datetime(_) => "a date",
         DeValue::Array(_) => "an array",

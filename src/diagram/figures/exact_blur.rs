@@ -7,7 +7,7 @@ use super::stage::{self, Stage};
 use crate::diagram::Figure;
 use crate::diagram::canvas::{Canvas, Label};
 use crate::diagram::contour;
-use crate::diagram::display_list::{Fill, Geometry, Point, Segment, Shape, Stroke};
+use crate::diagram::display_list::{Fill, Geometry, Group, Point, Segment, Shape, Stroke};
 use crate::diagram::marks::far;
 use crate::diagram::parts::Scene;
 use crate::diagram::place::Weight;
@@ -56,7 +56,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     }
     let circle = stage.subject.circle;
     let bounds = stage::around_limits(&scene, scene.depth.as_slice())?;
-    let levels: Vec<String> = keys.circles.iter().map(|k| format!("{} *c*", short(*k))).collect();
+    let levels: Vec<String> = keys.circles.iter().map(|&level| circles(level)).collect();
     let sentences = [
         format!(
             "Lines: the exact blur is {}, *c* = {}. The wedge's planes take one diameter of the blur for all of it; the \
@@ -68,11 +68,15 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     ];
     stage::single(&stage, scene, bounds, "The exact blur and the wedge", &sentences, |scene, canvas| {
         for &level in &keys.circles {
-            let words = if level == 1.0 { "*c*".to_owned() } else { format!("{} *c*", short(level)) };
-            lines(scene, canvas, (level, circle), &words, (theme::MEDIUM, 0.87));
+            lines(scene, canvas, (level, circle), &circles(level), (theme::MEDIUM, 0.87));
         }
         differences(scene, canvas, circle);
     })
+}
+
+/// So many circles of confusion, in words.
+fn circles(level: f64) -> String {
+    if level == 1.0 { "*c*".to_owned() } else { format!("{} *c*", short(level)) }
 }
 
 /// The lens-space point of the section at a page point.
@@ -97,6 +101,8 @@ pub(crate) fn lines(
     };
     let chains = contour::contours(canvas.panel.frame, excess);
     if chains.is_empty() {
+        let data = contour_data(level, circle);
+        canvas.group(Group { data, ..Group::off_page("blur-contour", "beyond") });
         return;
     }
     let mut path = Vec::new();
@@ -114,7 +120,7 @@ pub(crate) fn lines(
         anchors.extend(ends.into_iter().take(8));
     }
     anchors.sort_by(|p, q| q[0].total_cmp(&p[0]));
-    canvas.data = vec![("data-blur", exact(level * circle))];
+    canvas.data = contour_data(level, circle);
     let stroke = Stroke { round: true, ..solid(scene.theme.lens.line, width) };
     let shape = Shape { geometry: Geometry::Path(path), fill: None, stroke: Some(stroke) };
     canvas.part("blur-contour", vec![shape]);
@@ -127,6 +133,11 @@ pub(crate) fn lines(
         Some(piece) => label.beside(piece, share),
         None => label,
     });
+}
+
+/// What a contour is of: metres, and circles of confusion.
+fn contour_data(level: f64, circle: f64) -> Vec<(&'static str, String)> {
+    vec![("data-blur", exact(level * circle)), ("data-circles", exact(level))]
 }
 
 /// The last 45 mm of a chain at either end, which are as good as straight.

@@ -1,8 +1,8 @@
 //! Tables of numbers beside a figure file. In: the bytes of a CSV or JSON file. Out: columns by name, each cell a number,
 //! a word or nothing.
 //!
-//! CSV: the first line names the columns; cells are parted by commas (or tabs), may stand in double quotes, and empty
-//! ones are nothing; lines that begin with `#` are comments. JSON: an array of objects (a row each), or an object of
+//! CSV: the first line names the columns; cells are parted by commas (or tabs, or semicolons where it has neither), may stand
+//! in double quotes, and empty ones are nothing; lines that begin with `#` are comments. JSON: an array of objects (a row each), or an object of
 //! arrays (a column each), found under a JSON pointer where it is not the whole document.
 
 use crate::error::{Error, ErrorKind, Result};
@@ -58,6 +58,8 @@ pub(crate) struct Table {
     pub(crate) columns: BTreeMap<String, Vec<Cell>>,
     /// Where each row stands in the file, from 1; empty for JSON.
     pub(crate) lines: Vec<usize>,
+    /// What the file is called.
+    pub(crate) name: String,
 }
 
 impl Table {
@@ -66,7 +68,8 @@ impl Table {
     /// # Errors
     /// When it is not such a table, with the line where there is one.
     pub(crate) fn read(bytes: &[u8], name: &str, pointer: Option<&str>) -> Result<Self> {
-        let text = std::str::from_utf8(bytes).map_err(|_| Error::invalid("not UTF-8 text").in_file(name))?;
+        let text = std::str::from_utf8(bytes)
+            .map_err(|_| Error::invalid("not UTF-8 text").in_file(name).remedy("save it as UTF-8"))?;
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let ending = name.rsplit('.').next().unwrap_or_default().to_lowercase();
         match ending.as_str() {
@@ -74,6 +77,7 @@ impl Table {
             "json" => json(text, pointer),
             _ => Err(Error::invalid("a table's name ends in .csv, .tsv or .json").remedy("rename it")),
         }
+        .map(|table| Self { name: name.to_owned(), ..table })
         .map_err(|error| error.in_file(name))
     }
 
@@ -102,7 +106,7 @@ fn csv(text: &str) -> Result<Table> {
     let Some((first, head)) = lines.next() else {
         return Err(Error::invalid("the table is empty").remedy("its first line names the columns"));
     };
-    let separator = if head.contains('\t') { '\t' } else { ',' };
+    let separator = ['\t', ',', ';'].into_iter().find(|&c| head.contains(c)).unwrap_or(',');
     let names: Vec<String> = cells(head, separator).into_iter().map(|name| name.trim().to_owned()).collect();
     if let Some((i, twice)) = names.iter().enumerate().find(|&(i, name)| names[..i].contains(name)) {
         let message = format!("two columns are named `{twice}`: the one before number {} too", i + 1);
@@ -113,9 +117,12 @@ fn csv(text: &str) -> Result<Table> {
     for (number, line) in lines {
         let row = cells(line, separator);
         if row.len() != names.len() {
+            let (found, plural) = (row.len(), if row.len() == 1 { "" } else { "s" });
             let message =
-                format!("{} cells in the line, and the first line names {}", row.len(), names.len());
-            return Err(Error::invalid(message).at_line(number));
+                format!("{found} cell{plural} in the line, and the first line names {}", names.len());
+            let remedy =
+                "give each line as many cells; one that holds what parts them stands in double quotes";
+            return Err(Error::invalid(message).at_line(number).remedy(remedy));
         }
         for (column, cell) in columns.iter_mut().zip(&row) {
             column.push(Cell::of_text(cell));
@@ -223,6 +230,9 @@ mod tests {
         let table = Table::read(csv.as_bytes(), "t.csv", None).unwrap();
         assert_eq!(table.column("rms, mean").unwrap(), [Cell::Number(0.5, "0.5".to_owned()), Cell::Nothing]);
         assert_eq!(table.lines, [3, 4]);
+        // As spreadsheets write it where a comma is a decimal point.
+        let parted = Table::read(b"a;b\n1;\"2;3\"\n", "s.csv", None).unwrap();
+        assert_eq!(parted.column("b").unwrap(), [Cell::Word("2;3".to_owned())]);
         assert_eq!(Table::read(rows.as_bytes(), "t.json", Some("/runs")).unwrap().columns, table.columns);
         assert_eq!(Table::read(columns.as_bytes(), "t.json", None).unwrap().columns, table.columns);
     }
@@ -231,7 +241,7 @@ mod tests {
     fn wrong_tables_say_where() {
         let wrong =
             |text: &str, name: &str| Table::read(text.as_bytes(), name, None).unwrap_err().to_string();
-        assert!(wrong("a,b\n1\n", "t.csv").contains("t.csv:2: 1 cells"));
+        assert!(wrong("a,b\n1\n", "t.csv").contains("t.csv:2: 1 cell in"));
         assert!(wrong("", "t.csv").contains("empty"));
         assert!(wrong("{", "t.json").contains("t.json:1"));
         assert!(wrong("3", "t.json").contains("array of objects"));

@@ -161,7 +161,10 @@ pub(crate) fn read(
         points.push(DataPoint { x, y, bar, level_bar, label: label.cloned() });
     }
     if points.is_empty() {
-        return Err(input.document.error(&format!("series[{index}]"), "the series has no point"));
+        return Err(input
+            .document
+            .error(&format!("series[{index}]"), "the series has no point")
+            .remedy("give it a row with numbers for x and y"));
     }
     Ok(Series { name: keys.name.clone(), points })
 }
@@ -216,10 +219,11 @@ fn rows(input: &Input, index: usize, keys: &SeriesKeys, table: &Table) -> Result
     let cells = cells(input, &key, table, column)?;
     let rows: Vec<usize> = all.filter(|&row| cells.get(row).is_some_and(|cell| cell.says(word))).collect();
     if rows.is_empty() {
-        return Err(input.document.error(
-            &format!("series[{index}].only"),
-            format!("no row has `{word}` in the column `{column}`"),
-        ));
+        let message = format!("no row has `{word}` in the column `{column}`");
+        return Err(input
+            .document
+            .error(&format!("series[{index}].only"), message)
+            .remedy("give what a cell of that column says"));
     }
     Ok(rows)
 }
@@ -252,9 +256,12 @@ pub(super) fn numbers(
         .map(|&row| match cells.get(row) {
             Some(Cell::Number(number, _)) => Ok(Some(*number)),
             Some(Cell::Word(word)) => {
-                let place = table.place(row);
-                Err(Error::invalid(format!("`{word}` in the column `{name}`, {place}, is not a number"))
-                    .at(input.document.place(key)))
+                let (place, file) = (table.place(row), &table.name);
+                Err(Error::invalid(format!(
+                    "`{word}` in the column `{name}`, {place} of {file}, is not a number"
+                ))
+                .at(input.document.place(key))
+                .remedy("write it with digits and a point, or leave the cell empty"))
             }
             _ => Ok(None),
         })

@@ -35,6 +35,8 @@ pub enum Inset {
 /// Page millimetres below which the camera is too small to read.
 const READABLE: f64 = 24.0;
 const INSET_WIDTH: f64 = 62.0;
+/// The least height of a panel of the camera alone, in which its parts and names stand.
+const INSET_HEIGHT: f64 = 18.0;
 /// From this width on (mm) panels stand beside one another.
 const WIDE: f64 = 130.0;
 
@@ -293,6 +295,9 @@ impl<'a> SideView<'a> {
         } else {
             scene.bundles = rays::bundles(&scene, &alone);
             sheet.push(parts::panel(&scene, alone, Role::Whole, "main", None)?);
+            if self.inset == Inset::Always {
+                sheet.push(Group::off_page("camera-panel", "beyond"));
+            }
             sheet.strip(&alone, view, false)?;
             sheet.block(&wide_lines, [MARGIN, height - MARGIN - foot + 1.0])?;
         }
@@ -346,7 +351,8 @@ impl<'a> SideView<'a> {
         };
         let better = stacked.main.scale >= 1.45 * beside.main.scale;
         let room = LEADING * stacked.lines.len() as f64 <= bottom - stacked.block[1];
-        Ok(Some(if better && room { stacked } else { beside }))
+        let chosen = if better && room { stacked } else { beside };
+        Ok((chosen.inset.height() >= INSET_HEIGHT).then_some(chosen))
     }
 
     fn scene(&self) -> Scene<'_> {
