@@ -5,7 +5,7 @@ use super::input::{self, Input, MemoryArguments, RootArguments};
 use super::progress::Progress;
 use super::replay::Replay;
 use super::stats::{self, Asked, Samples, Stats};
-use super::values::{Pixels, Positive, Seconds, Simd};
+use super::values::{self, Pixels, Positive, Seconds, Simd};
 use super::{diagram, figure_file, interrupt, machine, optics_words, output, render_words, report};
 use groundglass::error::{Error, ErrorKind, Result};
 use groundglass::plan::RenderPlan;
@@ -30,7 +30,7 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "FILE", allow_hyphen_values = true)]
     pub(super) output: Option<PathBuf>,
     /// Exactly this many samples for each pixel
-    #[arg(long, value_name = "N", group = "budget", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
+    #[arg(long, value_name = "N", group = "budget", allow_negative_numbers = true, value_parser = values::samples)]
     pub(super) samples: Option<u32>,
     /// Stop at this error: root mean square over the picture, linear light
     #[arg(long, value_name = "E", group = "budget", allow_hyphen_values = true)]
@@ -42,7 +42,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     pub(super) width: Option<Pixels>,
     /// Number of threads; all cores by default. The picture does not depend on it
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = values::threads)]
     pub(super) threads: Option<u16>,
     /// Vector instructions to use, to compare: scalar, sse4.2, avx2, avx512, neon or simd128, as far as the machine has them; the
     /// widest by default. The picture does not depend on it

@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 use groundglass::render::SimdLevel;
+use groundglass::sampling::runs::MOST_SAMPLES;
 use std::str::FromStr;
 
 /// `u,v;u,v`: lens points in the unit disk.
@@ -23,6 +24,22 @@ pub(super) struct PointsValue(pub(super) [DVec3; 3]);
 /// Metres, positive; infinity allowed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Distance(pub(super) f64);
+
+/// A whole number from 1 to `most`.
+fn counted(text: &str, most: u32) -> Result<u32, String> {
+    let number = text.trim().parse().ok().filter(|number| (1..=most).contains(number));
+    number.ok_or_else(|| format!("a whole number from 1 to {most} is needed"))
+}
+
+/// Samples of a pixel.
+pub(super) fn samples(text: &str) -> Result<u32, String> {
+    counted(text, MOST_SAMPLES)
+}
+
+/// Threads.
+pub(super) fn threads(text: &str) -> Result<u16, String> {
+    counted(text, 1024).map(|number| number as u16)
+}
 
 /// The most lens points of one call.
 const MOST_POINTS: usize = 65_536;

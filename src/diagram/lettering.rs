@@ -91,17 +91,34 @@ pub(crate) fn width(runs: &[Run]) -> Result<f64> {
 /// and `^` begin an index or an exponent, of one character or of several in braces. Three variables need no mark where
 /// they stand alone: a small Greek letter, a letter with a prime (`f′`), a letter with an index (`y_n`).
 pub(crate) fn runs(marked: &str) -> Vec<Run> {
-    let mut runs = Vec::new();
-    let parts: Vec<&str> = marked.split('*').collect();
-    for (i, part) in parts.iter().enumerate() {
-        match i % 2 {
-            0 => words(part, &mut runs),
-            // An asterisk without its pair is one.
-            _ if i + 1 == parts.len() => words(&format!("*{part}"), &mut runs),
-            _ => variable(part, &mut runs),
-        }
+    let (mut runs, mut from) = (Vec::new(), 0);
+    for (open, close) in variables(marked) {
+        words(&marked[from..open], &mut runs);
+        variable(&marked[open + 1..close], &mut runs);
+        from = close + 1;
     }
+    words(&marked[from..], &mut runs);
     runs
+}
+
+/// Where the pairs of asterisks stand, in bytes. One before a blank opens none, one after a blank closes none (`2 * 3`), and one
+/// without its pair is an asterisk.
+pub(crate) fn variables(marked: &str) -> Vec<(usize, usize)> {
+    let (mut pairs, mut from) = (Vec::new(), 0);
+    while let Some(open) = marked[from..].find('*').map(|at| from + at) {
+        let inside = &marked[open + 1..];
+        let opens = !inside.starts_with(|c: char| c.is_whitespace() || c == '*');
+        let closes = |&(at, _): &(usize, &str)| at > 0 && !inside[..at].ends_with(char::is_whitespace);
+        let close = inside.match_indices('*').find(closes).filter(|_| opens);
+        from = match close {
+            Some((at, _)) => {
+                pairs.push((open, open + 1 + at));
+                open + at + 2
+            }
+            None => open + 1,
+        };
+    }
+    pairs
 }
 
 fn push(runs: &mut Vec<Run>, text: &str, face: Face, script: Script) {
@@ -297,6 +314,7 @@ mod tests {
         };
         assert_eq!(shown("angle θ of y_n"), "rangle |iθ|r of |iy|i_n");
         assert_eq!(shown("f′ = 2"), "if|r′ = 2");
+        assert_eq!(shown("2 * 3 * 4 and ** of *N*"), "r2 * 3 * 4 and ** of |iN");
         assert_eq!(shown("*N^{-1/2}* and *x_0*"), "iN|r^-1/2|r and |ix|r_0");
         assert_eq!(shown("a_file_name, Δx, 5 µm, αβ"), "ra_file_name, Δx, 5 µm, αβ");
     }

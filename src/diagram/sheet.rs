@@ -230,10 +230,13 @@ pub(crate) fn broken(text: &str, width: f64) -> Result<Vec<String>> {
     // What stands between asterisks goes on in the next line.
     for i in 1..lines.len() {
         let (before, after) = lines.split_at_mut(i);
-        let has_pair = after.iter().any(|line| line.contains('*'));
+        let (rest, at) = (after.join(" "), before.last().map_or(0, String::len));
+        let is_within = |last: &str| {
+            let pairs = lettering::variables(&format!("{last} {rest}"));
+            pairs.iter().any(|&(open, close)| open < at && at < close)
+        };
         if let (Some(last), Some(next)) = (before.last_mut(), after.first_mut())
-            && has_pair
-            && last.matches('*').count() % 2 == 1
+            && is_within(last)
         {
             last.push('*');
             next.insert(0, '*');

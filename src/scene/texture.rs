@@ -23,6 +23,8 @@ const SIDE_LIMIT: u32 = 16384;
 
 /// Most texels in all: 8192 x 8192, whose levels take 683 MiB, 768 with holes.
 const TEXEL_LIMIT: u64 = 1 << 26;
+/// Both, in words.
+const LARGEST: &str = "16384 texels on a side, and as many as 8192 x 8192 in all";
 
 /// Most memory that decoding may take, in bytes: what [`TEXEL_LIMIT`] texels of 8-bit RGBA take.
 const DECODED_LIMIT: u64 = 256 << 20;
@@ -148,7 +150,7 @@ pub(crate) fn cost(bytes: &[u8], name: &Path) -> Result<Cost, String> {
         let decoder = reader(bytes, name)?.into_decoder().map_err(|e| clause(&e))?;
         let (width, height) = decoder.dimensions();
         if width.max(height) > SIDE_LIMIT || u64::from(width) * u64::from(height) > TEXEL_LIMIT {
-            return Err(format!("its {width} x {height} texels are more than allowed"));
+            return Err(format!("its {width} x {height} texels are more than allowed: {LARGEST}"));
         }
         let texels = u64::from(width) * u64::from(height);
         // Texels as decoded, and once more for what decoders hold besides; where they are wider than 8 bits, a copy.
@@ -187,7 +189,7 @@ fn reader<'b>(bytes: &'b [u8], name: &Path) -> Result<ImageReader<Cursor<&'b [u8
     let said = name.extension().and_then(ImageFormat::from_extension);
     let seen = image::guess_format(bytes).ok();
     let format = seen.filter(ImageFormat::reading_enabled).or(said).or(seen);
-    let format = format.ok_or("it is no picture of a known format")?;
+    let format = format.ok_or_else(|| format!("it is no picture of a known format, as {FORMATS} are"))?;
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = Limits::default();
     limits.max_image_width = Some(SIDE_LIMIT);
@@ -216,10 +218,25 @@ fn has_alpha(picture: &DynamicImage, format: Option<ImageFormat>, bytes: &[u8]) 
     }
 }
 
-/// A decoder's message as one line.
+/// What pictures can be read.
+const FORMATS: &str = "PNG, JPEG, BMP, TGA, GIF and WebP";
+
+/// What is wrong with a picture as one line, with what its decoder says of it in short.
 fn clause(error: &image::ImageError) -> String {
-    let text: Vec<String> = error.to_string().split_whitespace().map(super::normalize::shown).collect();
-    text.join(" ").chars().take(200).collect()
+    let text = error.to_string();
+    let said = text.strip_prefix("Format error decoding ").and_then(|rest| rest.split_once(": "));
+    let said = said.map_or(&*text, |(_, said)| said);
+    let said = said.split([':', '{', '\n']).next().unwrap_or_default();
+    let words: Vec<String> = said.split_whitespace().map(super::normalize::shown).collect();
+    let said: String = words.join(" ").chars().take(100).collect();
+    match error {
+        image::ImageError::IoError(_) => "it ends early".to_owned(),
+        image::ImageError::Limits(_) => format!("it is larger than allowed: {LARGEST}"),
+        image::ImageError::Unsupported(_) => {
+            format!("it is no picture that can be read, as {FORMATS} are ({said})")
+        }
+        _ => format!("it is damaged, or another kind of file than it says ({said})"),
+    }
 }
 
 /// So many texels are converted in one go.

@@ -18,7 +18,7 @@ mod words;
 
 use super::effects::EffectArguments;
 use super::input::{self, MemoryArguments, SceneArguments};
-use super::values::Pixels;
+use super::values::{self, Pixels};
 use super::{interrupt, machine, optics_words, output, report as tell};
 use groundglass::error::{Error, ErrorKind, Result};
 use std::path::PathBuf;
@@ -40,7 +40,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     pub(super) width: Option<Pixels>,
     /// Number of threads; all cores by default
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = values::threads)]
     pub(super) threads: Option<u16>,
     #[command(flatten)]
     pub(super) effects: EffectArguments,
