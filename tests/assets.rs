@@ -120,15 +120,19 @@ fn of_two_materials_with_one_name_the_later_counts_and_that_is_said() -> Result<
 #[test]
 fn keywords_with_other_capitals_are_told() -> Result<()> {
     let files = Memory::new()
-        .with("scene/a.obj", text(format!("MTLLIB a.mtl\nmtllib a.mtl\nusemtl mü\n{TRIANGLE}F 1 2 3\n")))
-        .with("scene/a.mtl", text("newmtl m\nkd 1 0 0\nNS 3\nMAP_KD t.png\n"));
+        .with(
+            "scene/a.obj",
+            text(format!("MTLLIB a.mtl\nmtllib a.mtl\nusemtl mu\u{308} हिन्दी\n{TRIANGLE}F 1 2 3\n")),
+        )
+        .with("scene/a.mtl", text("newmtl m\nkd 1 0 0\nNS 3\nMAP_KD t.png\nMAP_KE t.png\n"));
     let (_, warnings) = load(&files, "a.obj")?;
     let said = [
         "a.obj:1: `MTLLIB` is left out: the keyword is written `mtllib`",
         "a.obj:9: `F` is left out: the keyword is written `f`",
         "a.mtl:2: `kd` is left out: the keyword is written `Kd`",
         "a.mtl:4: `MAP_KD` is left out: the keyword is written `map_Kd`",
-        "a.obj:3: there is no material `mü`; the default is used",
+        "a.mtl:5: `MAP_KE` is left out: the keyword is written `map_Ke`",
+        "a.obj:3: there is no material `mu\u{308} हिन्दी`; the default is used",
     ];
     assert_eq!(warnings, said);
     Ok(())

@@ -200,6 +200,8 @@ fn names_with_spaces_and_other_letters_work() {
     run(&folder, &["render", "ä b 日本/scene.toml"]).expect(0, &[]);
     run(&folder, &["new", "ä b 日本/t.obj"]).expect(0, &[]);
     run(&folder, &["render", "ä b 日本/scene.toml", "-o", "-x.png"]).expect(0, &[]);
+    // A flag is no name.
+    run(&folder, &["new", "ä b 日本/t.obj", "-o", "--force"]).expect(64, &["write ./--force"]);
     assert_eq!(names(&folder), ["-x.png", "groundglass-out", "t.toml", "ä b 日本", "ö ü.png"]);
     assert_eq!(names(&folder.join("groundglass-out")), ["scene.png"]);
     run(&folder, &["check", "t.toml"]).expect(0, &[]);

@@ -220,6 +220,11 @@ fn what_falls_off_the_page_is_said() {
     let barred = plot.replace("max = 2", "max = 3") + "error = [0.5, 0.5, 0.5]\n[y]\nmax = 3.2\n";
     fs::write(folder.join("cut.toml"), barred).unwrap();
     run(&folder, &["diagram", "cut.toml"]).expect(0, &["warning: cut.toml: error bars run off the chart"]);
+    // Of points that are shown, though another is not.
+    let barred = format!("{plot}error = [0.5, 0.5, 0.5]\n[y]\nmax = 2.2\n");
+    fs::write(folder.join("cut.toml"), barred).unwrap();
+    run(&folder, &["diagram", "cut.toml"])
+        .expect(0, &["points lie off the chart", "error bars run off the chart"]);
     // One of several cameras', by what it differs in; little tilts have a page of their own scale.
     let sweep = |tilts: &str| {
         format!(

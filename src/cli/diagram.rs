@@ -5,7 +5,7 @@
 use super::book::{self, Reading};
 use super::figure_file::{self, Drawn, Writing, draw_figure, write_as};
 use super::input::{self, MemoryArguments, Opened, RootArguments};
-use super::{optics_words, output, report};
+use super::{optics_words, output, report, values};
 use clap::ValueEnum;
 use groundglass::diagram::{self, Changes, Figure, FigureFile, KINDS, Kind, TextAs, Theme};
 use groundglass::error::{Error, ErrorKind, Result, Warning};
@@ -23,7 +23,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     pub(super) memory: MemoryArguments,
     /// The drawing: .svg, .png or .pdf; may be given several times
-    #[arg(short, long, value_name = "FILE", allow_hyphen_values = true)]
+    #[arg(short, long, value_name = "FILE", allow_hyphen_values = true, value_parser = values::output())]
     pub(super) output: Vec<PathBuf>,
     /// The plane of the section
     #[arg(long, value_name = "SECTION")]

@@ -2,8 +2,8 @@
 //! somebody's work, so an existing file is replaced only with `--force`.
 
 use super::input::{self, MemoryArguments, Recorded, RootArguments};
-use super::output;
 use super::progress::Progress;
+use super::{output, values};
 use groundglass::error::{Error, Result};
 use groundglass::scene::starter::{self, Statistics};
 use groundglass::scene::{AssetLoader, Source, parse};
@@ -19,7 +19,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     pub(super) memory: MemoryArguments,
     /// The scene to write; MODEL.toml in the current folder by default
-    #[arg(short, long, value_name = "FILE", allow_hyphen_values = true)]
+    #[arg(short, long, value_name = "FILE", allow_hyphen_values = true, value_parser = values::output())]
     pub(super) output: Option<PathBuf>,
     /// Replace an existing scene
     #[arg(long)]

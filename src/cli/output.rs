@@ -30,10 +30,7 @@ pub(super) fn write_whole(
         if is_told {
             error
         } else {
-            {
-                error
-                    .remedy("see whether the disk is full or files may not be so long, or name another place")
-            }
+            error.remedy("see whether the disk is full or files may not be so long, or name another place")
         }
     })?;
     let failed = |error: io::Error| broken(target, &error);

@@ -27,7 +27,7 @@ pub(super) struct Arguments {
     pub(super) memory: MemoryArguments,
     /// The picture: .png (8-bit sRGB) or .exr (linear float); groundglass-out/STEM.png by default. The built-in scene's diagram goes
     /// beside it
-    #[arg(short, long, value_name = "FILE", allow_hyphen_values = true)]
+    #[arg(short, long, value_name = "FILE", allow_hyphen_values = true, value_parser = values::output())]
     pub(super) output: Option<PathBuf>,
     /// Exactly this many samples for each pixel
     #[arg(long, value_name = "N", group = "budget", allow_negative_numbers = true, value_parser = values::samples)]
@@ -298,7 +298,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-/// What the built-in scene's diagram is written as: beside the picture, and named after it, so that it replaces nobody's.
+/// What the built-in scene's diagram is written as: beside the picture, and named after it.
 fn diagrams(picture: &Path) -> [PathBuf; 2] {
     let stem = picture.file_stem().unwrap_or_default().to_string_lossy();
     ["svg", "png"].map(|ending| picture.with_file_name(format!("{stem}-diagram.{ending}")))

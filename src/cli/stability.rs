@@ -1,7 +1,7 @@
 //! `groundglass stability -o DIR`: maps of the errors of the optics, beside textbook formulas and single precision. Each is
 //! a table, the figure file that shows it, and the drawing.
 
-use super::output;
+use super::{output, values};
 use groundglass::error::{Error, Result};
 use groundglass::stability::maps;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// The folder to write to; it is made when it is not there
-    #[arg(short, long, value_name = "DIR", allow_hyphen_values = true)]
+    #[arg(short, long, value_name = "DIR", allow_hyphen_values = true, value_parser = values::output())]
     pub(super) output: PathBuf,
 }
 

@@ -1,9 +1,11 @@
 //! Numbers on the command line: `1,2,3;4,5,6`. In: a word; out: validated values, or what is wrong with it,
 //! which the argument parser reports as wrong usage.
 
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use glam::DVec3;
 use groundglass::render::SimdLevel;
 use groundglass::sampling::runs::MOST_SAMPLES;
+use std::path::PathBuf;
 use std::str::FromStr;
 
 /// `u,v;u,v`: lens points in the unit disk.
@@ -24,6 +26,14 @@ pub(super) struct PointsValue(pub(super) [DVec3; 3]);
 /// Metres, positive; infinity allowed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Distance(pub(super) f64);
+
+/// The name of a file or folder to write. It may begin with a hyphen; with two it is a flag, before which the name was forgotten.
+pub(super) fn output() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| match path.as_os_str().as_encoded_bytes() {
+        [b'-', b'-', ..] => Err(format!("a name is needed; write ./{} if that is it", path.display())),
+        _ => Ok(path),
+    })
+}
 
 /// A whole number from 1 to `most`.
 fn counted(text: &str, most: u32) -> Result<u32, String> {

@@ -23,7 +23,7 @@
 //! | `scale`, `scale-bar` | a panel's scale in words and drawn; `panel-title`: its words alone |
 //! | `title`, `caption`, `paper` | words about the figure, its ground |
 //! | `angle`, `right-angle` | an angle's arc, the mark of a right one |
-//! | `blur-contour` | where the exact blur has the size `data-blur`, metres; `difference` marks a point, with `data-percent` |
+//! | `blur-contour` | where the exact blur has the size `data-blur`, metres, or `data-circles` circles of confusion; `difference` marks a point, with `data-percent` |
 //! | `merklinger-near`, `-far`, `untilted-near`, `-far` | limits as textbooks have them |
 //! | `limit-ray`, `limit-image`, `circle-of-confusion`, `chief-ray` | the limits' cones of light at the film, enlarged |
 //! | `lens-sample`, `lens-axes`, `aperture-circle` | points of the aperture, its axes, the circle about its blades |
@@ -135,6 +135,9 @@ impl Figure {
         let parts = beyond(&self.list.items).into_iter().map(|(part, whose)| match part {
             "some-points" => "points lie off the chart".to_owned(),
             "some-bars" => "error bars run off the chart".to_owned(),
+            "camera-panel" => {
+                "there is no room for the panel of the camera alone: give a higher page".to_owned()
+            }
             "some-guides" => "guides lie off the chart".to_owned(),
             "some-of-front" => "some of the front lies off the film".to_owned(),
             part => format!("the {}{whose} lies off the page", part.replace('-', " ")),

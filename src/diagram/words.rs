@@ -84,11 +84,12 @@ pub(crate) fn length_among(metres: f64, apart: f64) -> String {
     };
     let needed = libm::ceil(-libm::log10(0.1 * apart / unit_size));
     let written = number.split_once('.').map_or(0, |(_, decimals)| decimals.len());
-    // As many as a double holds, and nobody reads more than four.
-    if !(1.0..=4.0).contains(&needed) || needed as usize <= written {
+    // Nobody reads more than four.
+    let needed = if needed.is_finite() { needed.clamp(0.0, 4.0) as usize } else { 0 };
+    if needed <= written {
         return text;
     }
-    format!("{:.*} {unit}", needed as usize, metres / unit_size).replace('-', "−")
+    format!("{:.needed$} {unit}", metres / unit_size).replace('-', "−")
 }
 
 /// How far film and lens stand apart: of less than ten metres to a hundredth of a millimetre, for half a millimetre may be what stands between
@@ -131,6 +132,15 @@ fn round_up(least: f64, mantissas: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lengths_have_the_digits_that_tell_them_apart() {
+        assert_eq!([0.23916, 0.24086].map(|m| length_among(m, 0.00169)), ["239.2 mm", "240.9 mm"]);
+        assert_eq!([1.2998, 1.3002].map(|m| length_among(m, 0.0004)), ["1.2998 m", "1.3002 m"]);
+        assert_eq!([8.42, 12.3].map(|m| length_among(m, 3.9)), ["8.42 m", "12.3 m"]);
+        assert_eq!([f64::INFINITY, 0.0, f64::NAN].map(|apart| length_among(2.5, apart)), ["2.5 m"; 3]);
+        assert_eq!(length_among(2e4, 1.0), "20 km");
+    }
 
     #[test]
     fn coordinates_have_one_form() {

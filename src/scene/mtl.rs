@@ -119,7 +119,9 @@ impl Work<'_> {
                 entry.unread.extend(name);
             }
         }
-        if let Some(meant) = in_other_case(keyword, &["newmtl", "Kd", "Ke", "d", "Tr", "map_Kd", "map_d"]) {
+        if let Some(meant) =
+            in_other_case(keyword, &["newmtl", "Kd", "Ke", "d", "Tr", "map_Kd", "map_d", "map_Ke", "decal"])
+        {
             self.warn(statement, "case", || miswritten(keyword, meant));
         }
         if !matches!(keyword, "Kd" | "Ke" | "d" | "Tr" | "map_Kd" | "map_d" | "map_Ke" | "decal") {

@@ -345,7 +345,8 @@ pub(crate) fn miswritten(keyword: &str, meant: &str) -> String {
 pub(crate) fn shown(word: &str) -> String {
     let escaped = |c: char| match c {
         '\\' | '\'' | '"' => c.to_string(),
-        c => c.escape_debug().to_string(),
+        // Behind a letter, so that accents and vowel signs that stand on one stay.
+        c => format!("a{c}").escape_debug().skip(1).collect(),
     };
     let mut text: String = word.chars().take(40).map(escaped).collect();
     if word.chars().nth(40).is_some() {

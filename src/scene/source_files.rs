@@ -203,6 +203,12 @@ fn explain(e: &io::Error, written: &str) -> Error {
         NotFound | NotADirectory => missing(written),
         InvalidInput | InvalidFilename => Error::invalid(format!("`{written}` cannot be a file name"))
             .remedy("a name has no NUL, and no more than some 255 bytes between slashes"),
+        // No fault of the system's: it is the same each time.
+        #[cfg(unix)]
+        _ if e.raw_os_error() == Some(rustix::io::Errno::LOOP.raw_os_error()) => {
+            Error::invalid(format!("`{written}` is a link that leads back to itself"))
+                .remedy("put the file in its place")
+        }
         _ => cannot_read(e, written),
     }
 }

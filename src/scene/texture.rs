@@ -9,6 +9,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
+use image::error::LimitErrorKind;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use memchr::memmem;
 use rayon::prelude::*;
@@ -226,11 +227,17 @@ fn clause(error: &image::ImageError) -> String {
     let text = error.to_string();
     let said = text.strip_prefix("Format error decoding ").and_then(|rest| rest.split_once(": "));
     let said = said.map_or(&*text, |(_, said)| said);
-    let said = said.split([':', '{', '\n']).next().unwrap_or_default();
+    let said = said.split([':', '{', '(', '\n']).next().unwrap_or_default();
     let words: Vec<String> = said.split_whitespace().map(super::normalize::shown).collect();
     let said: String = words.join(" ").chars().take(100).collect();
     match error {
         image::ImageError::IoError(_) => "it ends early".to_owned(),
+        image::ImageError::Limits(limit) if limit.kind() == LimitErrorKind::InsufficientMemory => {
+            let most = DECODED_LIMIT >> 20;
+            format!(
+                "it takes more than {most} MiB to decode: make it smaller, or save it with 8 bits a channel"
+            )
+        }
         image::ImageError::Limits(_) => format!("it is larger than allowed: {LARGEST}"),
         image::ImageError::Unsupported(_) => {
             format!("it is no picture that can be read, as {FORMATS} are ({said})")

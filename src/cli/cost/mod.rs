@@ -31,7 +31,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     pub(super) memory: MemoryArguments,
     /// The folder to write to; groundglass-out/STEM-cost by default
-    #[arg(short, long, value_name = "DIR", allow_hyphen_values = true)]
+    #[arg(short, long, value_name = "DIR", allow_hyphen_values = true, value_parser = values::output())]
     pub(super) output: Option<PathBuf>,
     /// Small pictures and few of them: an answer in less than 20 seconds
     #[arg(long)]

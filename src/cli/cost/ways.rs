@@ -32,7 +32,8 @@ impl Setting {
         match self {
             Self::Samples(n) | Self::Double(n) => format!("N = {n}"),
             Self::ErrorOf(n) => format!("error of N = {n}"),
-            Self::Approximation(n) => format!("pinhole of N = {n}"),
+            // Of another name than until the sky was blurred: rows of a study that is gone on with are of one way.
+            Self::Approximation(n) => format!("blurred pinhole of N = {n}"),
         }
     }
 }

@@ -154,18 +154,18 @@ pub(super) fn sentence(study: &Study<'_>) -> String {
             }
         );
     }
-    words.push_str(&of_a_blurred_pinhole(&rows(study, APPROXIMATION)));
+    words.push_str(&of_a_blurred_pinhole(&rows(study, APPROXIMATION), converged));
     words
 }
 
 /// What pinhole pictures with a blur are wrong by, and what of it no time takes away: with so many times the samples chance's square
-/// falls by as much at least, and the rest stays.
-fn of_a_blurred_pinhole(rows: &[&Measured]) -> String {
+/// falls by as much at least, and the rest stays, less what the converged picture is wrong by.
+fn of_a_blurred_pinhole(rows: &[&Measured], converged: f64) -> String {
     let [first, .., last] = rows else { return String::new() };
     let (seconds, wrong) = (duration(last.seconds), last.true_rms);
     let more = last.samples / first.samples;
     let stays = (more * wrong * wrong - first.true_rms * first.true_rms).max(0.0) / (more - 1.0);
-    match stays.sqrt() {
+    match own(stays.sqrt(), converged) {
         stays if stays > 0.5 * wrong => {
             format!(
                 " A pinhole picture of {:.0} samples with a blur is done in {seconds}, and stays wrong by {} or more, whatever the time.",
@@ -209,6 +209,18 @@ mod tests {
     }
 
     #[test]
+    fn what_stays_of_a_blurred_pinhole_is_neither_chance_nor_the_converged_pictures_own() {
+        let said = |few: f64, many: f64, converged| {
+            of_a_blurred_pinhole(&[&row(16.0, few, 1.0), &row(256.0, many, 2.0)], converged)
+        };
+        // 0.3 that stays, and 0.4 of chance with 16 samples.
+        assert!(said(0.5, (0.09_f64 + 0.16 / 16.0).sqrt(), 0.0).contains("stays wrong by 0.3000"));
+        assert!(said(0.4, 0.1, 0.0).contains("may be chance"));
+        assert!(said(0.001, 0.0006, 0.0005).contains("may be chance"));
+        assert_eq!(of_a_blurred_pinhole(&[], 0.0), "");
+    }
+
+    #[test]
     fn the_price_of_half_the_error_has_no_fixed_cost_in_it_twice() {
         // Pure chance: an error of N^-1/2, so four times the samples. What any picture takes is 0.9 of the time of 64 samples.
         let at = |n: f64| row(n, 0.1 / n.sqrt(), 0.9 + 0.1 * n / 64.0);
@@ -217,6 +229,10 @@ mod tests {
         assert!((trend.ratio_of(0.5 * at(256.0).true_rms) / want - 1.0).abs() < 1e-12);
         assert!((trend.ratio_of(at(16.0).true_rms) / at(16.0).ratio - 1.0).abs() < 1e-12);
         // More than in proportion counts as in proportion; no more time, or no less error, tells nothing.
+        // What the converged picture is wrong by is in all differences.
+        let with = |row: Measured| Measured { true_rms: libm::hypot(row.true_rms, 0.003), ..row };
+        let found = Trend::of(&with(at(64.0)), &with(at(256.0)), 0.003).unwrap();
+        assert!((found.power - 0.5).abs() < 1e-9 && (found.error - trend.error).abs() < 1e-12);
         let dear = Trend::of(&at(64.0), &row(256.0, 0.1 / 16.0, 8.0), 0.0).unwrap();
         assert!((dear.ratio_of(0.1 / 32.0) / 32.0 - 1.0).abs() < 1e-12);
         assert!(Trend::of(&at(64.0), &row(256.0, 0.1 / 16.0, 1.0), 0.0).is_none());

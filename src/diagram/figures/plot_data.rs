@@ -106,7 +106,8 @@ fn csv(text: &str) -> Result<Table> {
     let Some((first, head)) = lines.next() else {
         return Err(Error::invalid("the table is empty").remedy("its first line names the columns"));
     };
-    let separator = ['\t', ',', ';'].into_iter().find(|&c| head.contains(c)).unwrap_or(',');
+    let parts = |&c: &char| cells(head, c).len() > 1;
+    let separator = ['\t', ',', ';'].into_iter().find(parts).unwrap_or(',');
     let names: Vec<String> = cells(head, separator).into_iter().map(|name| name.trim().to_owned()).collect();
     if let Some((i, twice)) = names.iter().enumerate().find(|&(i, name)| names[..i].contains(name)) {
         let message = format!("two columns are named `{twice}`: the one before number {} too", i + 1);
@@ -231,7 +232,7 @@ mod tests {
         assert_eq!(table.column("rms, mean").unwrap(), [Cell::Number(0.5, "0.5".to_owned()), Cell::Nothing]);
         assert_eq!(table.lines, [3, 4]);
         // As spreadsheets write it where a comma is a decimal point.
-        let parted = Table::read(b"a;b\n1;\"2;3\"\n", "s.csv", None).unwrap();
+        let parted = Table::read(b"\"a, all\";b\n1;\"2;3\"\n", "s.csv", None).unwrap();
         assert_eq!(parted.column("b").unwrap(), [Cell::Word("2;3".to_owned())]);
         assert_eq!(Table::read(rows.as_bytes(), "t.json", Some("/runs")).unwrap().columns, table.columns);
         assert_eq!(Table::read(columns.as_bytes(), "t.json", None).unwrap().columns, table.columns);

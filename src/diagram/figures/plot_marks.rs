@@ -21,10 +21,14 @@ pub(super) fn series_group(chart: &Chart, series: &Series, look: Look, theme: &T
     let at = |p: &DataPoint| [chart.x.page(p.x), chart.y.page(p.y)];
     let mut items = Vec::new();
     let (mut bars, mut is_cut) = (Vec::new(), false);
-    for (a, b) in series.points.iter().flat_map(|point| bar_ends(chart, point)) {
+    let ends = series
+        .points
+        .iter()
+        .flat_map(|point| bar_ends(chart, point).into_iter().map(move |ends| (point, ends)));
+    for (point, (a, b)) in ends {
         // One that lies on the frame is not cut off.
         let is_on_frame = [a, b].into_iter().all(|end| panel.holds(end, -1e-9));
-        is_cut |= !is_on_frame;
+        is_cut |= !is_on_frame && panel.holds(at(point), -1e-9);
         let piece = if is_on_frame { Some((a, b)) } else { panel.clip_segment(a, b) };
         if let Some((from, to)) = piece {
             let stroke = solid(look.hue.line, BAR);
@@ -63,7 +67,8 @@ pub(super) fn series_group(chart: &Chart, series: &Series, look: Look, theme: &T
     }
     if shown.len() < series.points.len() {
         items.push(Item::Group(Group::off_page("some-points", "beyond")));
-    } else if is_cut {
+    }
+    if is_cut {
         items.push(Item::Group(Group::off_page("some-bars", "beyond")));
     }
     let list = |value: &dyn Fn(&DataPoint) -> f64| {

@@ -351,8 +351,9 @@ impl<'a> SideView<'a> {
         };
         let better = stacked.main.scale >= 1.45 * beside.main.scale;
         let room = LEADING * stacked.lines.len() as f64 <= bottom - stacked.block[1];
-        let chosen = if better && room { stacked } else { beside };
-        Ok((chosen.inset.height() >= INSET_HEIGHT).then_some(chosen))
+        let fits = |layout: &Layout| layout.inset.height() >= INSET_HEIGHT;
+        let chosen = if better && room && fits(&stacked) { stacked } else { beside };
+        Ok(Some(chosen).filter(fits))
     }
 
     fn scene(&self) -> Scene<'_> {
