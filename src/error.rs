@@ -23,6 +23,12 @@ pub enum ErrorKind {
     Cancelled,
 }
 
+/// What the system says of a failure, without the "(os error 13)" at its end.
+pub(crate) fn reason(failure: &impl fmt::Display) -> String {
+    let text = failure.to_string();
+    text.split(" (os error").next().unwrap_or_default().to_lowercase()
+}
+
 /// An amount of memory in words: `350 MB`, `2.9 GB`.
 pub(crate) fn memory(bytes: u64) -> String {
     match bytes as f64 {

@@ -1,6 +1,6 @@
 //! Threads to work on: a number of them in, work done on them out. Nothing is left behind.
 
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, reason};
 
 /// Runs `work` on `threads` threads of its own (as many as the machine has for `None`), which end with it; where it runs
 /// on such threads already, or the platform has none, where it is.
@@ -23,9 +23,7 @@ pub(crate) fn on_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() ->
             1 => ("a thread".to_owned(), ""),
             _ => (format!("{count} threads"), "ask for fewer threads, "),
         };
-        let reason = error.to_string();
-        let reason = reason.split(" (os error").next().unwrap_or_default().to_lowercase();
-        Error::new(ErrorKind::TooLarge, format!("cannot start {wanted}: {reason}"))
+        Error::new(ErrorKind::TooLarge, format!("cannot start {wanted}: {}", reason(&error)))
             .remedy(format!("{remedy}end other programs, or raise the limits on processes and memory"))
     })?;
     let done = pool.install(work);

@@ -6,7 +6,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use super::source::{Source, joined, missing, outside, relative, slashed, too_long};
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, reason};
 
 /// The file system, all of it or only what lies under one folder.
 #[derive(Clone, Debug, Default)]
@@ -219,13 +219,6 @@ fn cannot_read(e: &io::Error, written: &str) -> Error {
         _ => "see whether other programs can read it",
     };
     Error::new(ErrorKind::Io, format!("cannot read `{written}`: {}", reason(e))).remedy(remedy)
-}
-
-/// The system's reason, without the "(os error 13)" at its end.
-fn reason(e: &io::Error) -> String {
-    let text = e.to_string();
-    let end = text.find(" (os error").unwrap_or(text.len());
-    text[..end].to_lowercase()
 }
 
 #[cfg(all(test, unix))]

@@ -73,17 +73,7 @@ fn radii(scene: &Scene, execution: &Execution<'_>) -> Result<Vec<f32>> {
         radius.clamp(LEAST, (0.5 * width as f32).max(LEAST))
     };
     let mut nearest = vec![0.0f64; width * height];
-    let mut radii = Vec::new();
-    let [x, y, _, w] = optics.projection(0.0, 0.0).matrix().transpose().to_cols_array_2d();
-    let lens_from_pixel =
-        DMat3::from_cols_array_2d(&[x, y, w].map(|[a, b, c, _]| [a, b, c])).transpose().inverse();
-    for j in 0..height {
-        for i in 0..width {
-            let (i, j) = ((i as f64 + 0.5) / width as f64, (j as f64 + 0.5) / height as f64);
-            let toward = lens_from_pixel * DVec3::new(2.0 * i - 1.0, 1.0 - 2.0 * j, 1.0);
-            radii.push(radius_of(toward.normalize_or_zero() * (SKY * optics.focal_length())));
-        }
-    }
+    let mut radii = vec![LEAST; width * height];
     for corners in &scene.surfaces.triangles {
         rows::go_on(execution)?;
         let world = corners.map(|i| scene.surfaces.positions[i as usize]);
@@ -122,24 +112,39 @@ fn radii(scene: &Scene, execution: &Execution<'_>) -> Result<Vec<f32>> {
             }
         }
     }
+    // What no triangle was met in is the sky.
+    let [x, y, _, w] = optics.projection(0.0, 0.0).matrix().transpose().to_cols_array_2d();
+    let lens_from_pixel =
+        DMat3::from_cols_array_2d(&[x, y, w].map(|[a, b, c, _]| [a, b, c])).transpose().inverse();
+    for (at, radius) in radii.iter_mut().enumerate().filter(|&(at, _)| nearest[at] == 0.0) {
+        let (i, j) = ((at % width) as f64 + 0.5, (at / width) as f64 + 0.5);
+        let toward = DVec3::new(2.0 * i / width as f64 - 1.0, 1.0 - 2.0 * j / height as f64, 1.0);
+        let toward = (lens_from_pixel * toward).normalize_or_zero();
+        *radius = radius_of(toward * (SKY * optics.focal_length()));
+    }
     Ok(radii)
 }
 
 /// The triangles of what of one is in front of the lens, as points and as what they are in the picture.
 fn in_front(world: [DVec3; 3], clip: [DVec4; 3]) -> impl Iterator<Item = ([DVec3; 3], [DVec4; 3])> {
     let least = NEAREST * clip.iter().map(|c| c.w).fold(0.0, f64::max);
-    let mut shown = Vec::new();
+    // A triangle that one plane cuts has four corners at most.
+    let (mut shown, mut count) = ([(DVec3::ZERO, DVec4::ZERO); 4], 0);
+    let mut show = |corner| {
+        shown[count] = corner;
+        count += 1;
+    };
     for (i, k) in [(0, 1), (1, 2), (2, 0)] {
         let (a, b) = (clip[i].w - least, clip[k].w - least);
         if a > 0.0 {
-            shown.push((world[i], clip[i]));
+            show((world[i], clip[i]));
         }
         if (a > 0.0) != (b > 0.0) {
             let t = a / (a - b);
-            shown.push((world[i].lerp(world[k], t), clip[i].lerp(clip[k], t)));
+            show((world[i].lerp(world[k], t), clip[i].lerp(clip[k], t)));
         }
     }
-    (2..shown.len()).map(move |i| {
+    (2..count).map(move |i| {
         let [a, b, c] = [0, i - 1, i].map(|i| shown[i]);
         ([a.0, b.0, c.0], [a.1, b.1, c.1])
     })

@@ -56,18 +56,10 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let mut sheet = Sheet::new(page.size, [60.0, 60.0], &page.theme)?;
     sheet.background = page.background;
     let top = sheet.heading(page.title.as_deref())?;
-    let [width, mut height] = page.size;
+    let width = page.size[0];
     let needed = top + MARGIN + 25.0 * count;
-    if height < needed && !page.has_height {
-        height = needed.ceil();
-        sheet.size[1] = height;
-    }
+    let height = page.height_for(&mut sheet, needed, needed)?;
     let each = (height - top - MARGIN) / count;
-    if height < needed {
-        return Err(Error::invalid("the page leaves no room for the panels")
-            .at_key("height_mm")
-            .remedy(format!("give at least {:.0}", needed.ceil())));
-    }
     let mut description = Vec::new();
     for (i, scene) in scenes.iter_mut().enumerate() {
         let upper = top + each * i as f64;

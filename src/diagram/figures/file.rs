@@ -4,6 +4,7 @@
 use super::Kind;
 use super::keys::{CameraKeys, PAGE_WIDTHS, PageKeys};
 use super::side_view::Inset;
+use crate::diagram::sheet::Sheet;
 use crate::diagram::{Figure, Section, Theme};
 use crate::error::{Error, Place, Result, Warning};
 use crate::optics::Optics;
@@ -148,6 +149,28 @@ pub(crate) struct Page {
     pub(crate) title: Option<String>,
     pub(crate) theme: Theme,
     pub(crate) background: bool,
+}
+
+impl Page {
+    /// The height of the page on which this much is needed: that of the file, or where it gives none and the usual one is too low,
+    /// `wanted`.
+    ///
+    /// # Errors
+    /// When the file gives less.
+    pub(crate) fn height_for(&self, sheet: &mut Sheet, needed: f64, wanted: f64) -> Result<f64> {
+        let [width, height] = sheet.size;
+        if height < needed && self.has_height {
+            return Err(Error::invalid(format!(
+                "a page of {width} by {height} mm leaves no room for the drawing"
+            ))
+            .at_key("height_mm")
+            .remedy(format!("give at least {:.0}", needed.ceil())));
+        }
+        if height < needed {
+            sheet.size[1] = wanted.ceil();
+        }
+        Ok(sheet.size[1])
+    }
 }
 
 /// A camera and what stands before it.

@@ -15,7 +15,7 @@ use crate::diagram::section::Section;
 use crate::diagram::sheet::{self, GUTTER, LEADING, MARGIN, Sheet};
 use crate::diagram::theme::{self, broken, solid};
 use crate::diagram::words::{ratio, short};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::optics::Optics;
 use crate::quantity::{Angle, Length};
 use glam::DVec3;
@@ -64,7 +64,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let mut sheet = Sheet::new(page.size, [60.0, 60.0], &page.theme)?;
     sheet.background = page.background;
     let top = sheet.heading(page.title.as_deref())?;
-    let [width, mut height] = page.size;
+    let width = page.size[0];
     let wide_of = |columns: usize| (width - 2.0 * MARGIN - GUTTER * (columns - 1) as f64) / columns as f64;
     let senses = MOVEMENTS.iter().map(|(_, sense, _)| lettering::width(&lettering::runs(sense)));
     let longest = senses.collect::<Result<Vec<f64>>>()?.into_iter().fold(0.0, f64::max) * theme::LETTER;
@@ -88,16 +88,8 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let foot = LEADING * foot_lines as f64 + 1.0;
     let wide = wide_of(columns);
     let needed = top + MARGIN + foot + rows as f64 * (15.0 + caption);
-    if height < needed && !page.has_height {
-        height = needed.ceil();
-        sheet.size[1] = height;
-    }
+    let height = page.height_for(&mut sheet, needed, needed)?;
     let high = (height - top - MARGIN - foot) / rows as f64 - caption;
-    if high < 15.0 {
-        return Err(Error::invalid("the page leaves no room for eight panels")
-            .at_key("height_mm")
-            .remedy(format!("give at least {:.0}", needed.ceil())));
-    }
     // Room for the camera in every position, the same in all panels.
     let tall = own.film.width.as_metres().max(own.film.height.as_metres());
     let reach = 0.5 * tall + slide.as_metres();

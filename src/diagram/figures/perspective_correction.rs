@@ -107,16 +107,15 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let mut sheet = Sheet::new(page.size, [70.0, 70.0], &page.theme)?;
     sheet.background = page.background;
     let top = sheet.heading(page.title.as_deref())?;
-    let [width, height] = page.size;
+    let width = page.size[0];
     let mut lines = Vec::new();
     for sentence in &sentences {
         lines.extend(sheet::broken(sentence, width - 2.0 * MARGIN)?);
     }
-    let bottom = height - MARGIN - LEADING * lines.len() as f64 - 1.0;
+    let below = MARGIN + LEADING * lines.len() as f64 + 1.0;
+    let needed = top + 50.0 + below;
+    let bottom = page.height_for(&mut sheet, needed, needed)? - below;
     let split = top + 0.5 * (bottom - top);
-    if bottom - top < 50.0 {
-        return Err(Error::invalid("the page leaves no room for the drawing").at_key("height_mm"));
-    }
     let columns = stage::split([MARGIN, top, width - MARGIN, bottom], 2, false);
     let hidden = stage::without(&["axis", "bellows", "label", "lens-board"], &[]);
     let reach = keys.distance_m;

@@ -273,26 +273,17 @@ pub(crate) fn single(
 /// # Errors
 /// When the page is too small, or a glyph is missing.
 pub(crate) fn begin<'a>(stage: &'a Stage, sentences: &[String]) -> Result<(Sheet<'a>, [f64; 4])> {
-    let [width, mut height] = stage.page.size;
+    let width = stage.page.size[0];
     let mut sheet = Sheet::new(stage.page.size, [60.0, 40.0], &stage.page.theme)?;
     sheet.background = stage.page.background;
     sheet.with_scale = !stage.hide.iter().any(|part| part == "scale");
     let top = sheet.heading(stage.page.title.as_deref())?;
     let foot = LEADING * wrapped(stage, sentences)?.len() as f64 + 1.0;
     let around = top + MARGIN + STRIP + foot;
-    if height - around < LEAST_HIGH && !stage.page.has_height {
-        // Many sentences, which a narrow page breaks into many lines.
-        height = (around + LEAST_HIGH.max(0.5 * width)).ceil();
-        sheet.size[1] = height;
-    }
+    // A narrow page breaks sentences into many lines.
+    let wanted = around + LEAST_HIGH.max(0.5 * width);
+    let height = stage.page.height_for(&mut sheet, around + LEAST_HIGH, wanted)?;
     let frame = [MARGIN, top, width - MARGIN, height - MARGIN - STRIP - foot];
-    if frame[3] - frame[1] < LEAST_HIGH {
-        return Err(Error::invalid(format!(
-            "a page of {width} by {height} mm leaves no room for the drawing"
-        ))
-        .at_key("height_mm")
-        .remedy(format!("give at least {:.0}", (around + LEAST_HIGH).ceil())));
-    }
     Ok((sheet, frame))
 }
 
