@@ -276,8 +276,10 @@ fn a_default_folder_that_another_run_took_away_is_made_again() {
     let made = folder.join("groundglass-out");
     let mut is_gone = false;
     while !is_gone && child.try_wait().unwrap().is_none() {
-        is_gone = fs::remove_dir(&made).is_ok();
-        std::thread::sleep(std::time::Duration::from_millis(1));
+        // While it draws: just after it was made, what is asked of the folder before the work fails, with 3.
+        let is_there = made.exists();
+        std::thread::sleep(std::time::Duration::from_millis(20));
+        is_gone = is_there && fs::remove_dir(&made).is_ok();
     }
     assert!(is_gone);
     assert_eq!(child.wait().unwrap().code(), Some(0));
