@@ -190,6 +190,22 @@ impl Folder {
     }
 }
 
+/// Does `work` in a folder that is made for it, where there is one to make; out: the folder and what the work gave. Another run
+/// that made the folder, and ends without a picture, takes it away at any moment: then it is made again, and the work is done again.
+///
+/// # Errors
+/// As for [`Folder::make`], and those of the work.
+pub(super) fn in_made<T>(folder: Option<&Path>, work: impl Fn() -> Result<T>) -> Result<(Option<Folder>, T)> {
+    for _ in 1..NAMES {
+        let made = folder.map(Folder::make).transpose()?;
+        let done = work();
+        if done.is_ok() || folder.is_none_or(Path::is_dir) {
+            return Ok((made, done?));
+        }
+    }
+    Ok((folder.map(Folder::make).transpose()?, work()?))
+}
+
 impl Drop for Folder {
     fn drop(&mut self) {
         for path in self.0.iter().rev() {

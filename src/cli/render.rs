@@ -170,10 +170,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     read.extend(arguments.replay.clone());
     // Held to the end: a picture that is not made leaves no folder.
     let default_folder = path.parent().filter(|_| arguments.output.is_none());
-    let _folder = default_folder.map(output::Folder::make).transpose()?;
-    for (output, _) in outputs {
-        output::check(output, &read)?;
-    }
+    let (_folder, ()) = output::in_made(default_folder, || {
+        outputs.iter().try_for_each(|(output, _)| output::check(output, &read))
+    })?;
 
     let effects = match arguments.stats {
         Some(_) => machine::on_threads(Some(threads), || RenderPlan::new(&scene).effects().to_vec())?,
@@ -219,11 +218,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     })?;
 
     let notes = stats::notes(&scene, &exposure, counts.left_out);
-    // Another run that made the folder and was stopped has taken it away again.
-    let _again = default_folder.map(output::Folder::make).transpose()?;
-    output::write_whole(&path, &read, |file| match format {
-        Format::Png => exposure.write_png(scene.render.exposure_ev, &notes, file),
-        Format::Exr => exposure.write_exr(&notes, file),
+    let (_again, ()) = output::in_made(default_folder, || {
+        output::write_whole(&path, &read, |file| match format {
+            Format::Png => exposure.write_png(scene.render.exposure_ev, &notes, file),
+            Format::Exr => exposure.write_exr(&notes, file),
+        })
     })?;
     if let (Some(target), None) = (error_map, exposure.rms_error()) {
         report::warnings(&[render_words::no_error_map(&input.name(), target)]);
