@@ -1,11 +1,11 @@
 //! Draws a view camera whose lens is tilted by 6 degrees, as SVG and as PNG.
 //!
-//! `cargo run --example draw_a_figure -- FOLDER`
+//! `cargo run --release --example draw_a_figure -- FOLDER`
 
-use glam::{DMat3, DVec3};
 use groundglass::camera::{Aperture, Camera, FilmSize, Standard};
 use groundglass::diagram::Figure;
 use groundglass::geometry::Pose;
+use groundglass::glam::{DMat3, DVec3};
 use groundglass::optics::Optics;
 use groundglass::quantity::{Angle, FNumber, Length};
 

@@ -161,7 +161,7 @@ impl Camera {
         })
     }
 
-    /// The rail frame of a camera at `eye` that looks at `look_at`; `up` need not be unit or square
+    /// The rail frame of a camera at `eye` that looks at `look_at`, world coordinates in metres; `up` need not be unit or square
     /// to the view.
     ///
     /// # Errors

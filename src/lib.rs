@@ -89,7 +89,8 @@
 //!   Plücker: direction and moment. Both may lie at infinity, and nothing divides by sin(tilt).
 //! * Pictures are linear light, upright, pixel (0, 0) at the top left.
 //! * Every failure is an [`Error`], or becomes one ([`optics::Unsolvable`], which says which limit stops it): what, where
-//!   (file, line, key), and what to do. Nothing panics on input.
+//!   (file, line, key), and what to do. Nothing panics on input from files; surfaces that you make yourself are to pass
+//!   [`scene::Surfaces::check`] first.
 //!
 //! The examples folder of the repository has the same as whole programs.
 

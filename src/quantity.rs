@@ -76,6 +76,8 @@ impl Angle {
 pub struct FNumber(f64);
 
 impl FNumber {
+    /// The f-number `value`: 5.6 for f/5.6.
+    ///
     /// # Errors
     /// [`crate::error::ErrorKind::Invalid`] when `value` is not a positive finite number.
     pub fn new(value: f64) -> Result<Self> {

@@ -211,6 +211,50 @@ fn render_writes_the_contracts_numbers() {
     assert!(one["estimated_rms_error"].is_null());
 }
 
+/// All keys of an answer, however deep.
+fn keys(value: &Value) -> BTreeSet<String> {
+    match value {
+        Value::Object(table) => {
+            let inner = table.values().flat_map(keys);
+            table.keys().cloned().chain(inner).collect()
+        }
+        Value::Array(list) => list.iter().flat_map(keys).collect(),
+        _ => BTreeSet::new(),
+    }
+}
+
+#[test]
+fn docs_tell_every_key_that_is_printed() {
+    let (_keep, folder) = folder(&format!("{CAMERA}{SMALL}"));
+    fs::write(folder.join("t.obj"), program::TRIANGLE).unwrap();
+    let beyond = ["solve", "scene.toml", "--plane", "0,1.6,9.95;0,1,0.01", "--json"];
+    let asked: [(&str, &[&str], i32); 6] = [
+        ("render --stats FILE", &["render", "scene.toml", "-o", "o.png", "--stats", "s.json"], 0),
+        ("optics --json", &["optics", "scene.toml", "--json", "--samples-at", "0,0"], 0),
+        ("solve --json", &["solve", "scene.toml", "--plane", "0,0,0;0,1,0", "--json"], 0),
+        ("solve --json", &beyond, 2),
+        ("check --json", &["check", "scene.toml", "--json"], 0),
+        ("explain --json", &["explain", "scene.toml", "--json"], 0),
+    ];
+    let docs = include_str!("../docs/formats.md");
+    for (heading, words, code) in asked {
+        let answer = run(&folder, words);
+        answer.expect(code, &[]);
+        let written = fs::read(folder.join("s.json")).ok().filter(|_| words[0] == "render");
+        let json = written.map_or_else(|| answer.json(), |text| serde_json::from_slice(&text).unwrap());
+        let section = |heading: &str| {
+            let (_, section) = docs.split_once(&format!("## `{heading}`")).unwrap();
+            section.split("\n## ").next().unwrap().to_owned()
+        };
+        // What is said of cameras is said once.
+        let above = if words[0] == "solve" { section("optics --json") } else { String::new() };
+        let section = section(heading) + &above;
+        for key in keys(&json) {
+            assert!(section.contains(&format!("`{key}`")), "{heading}: {key} in {section}");
+        }
+    }
+}
+
 fn scene_hash(folder: &std::path::Path, scene: &str) -> String {
     fs::write(folder.join("scene.toml"), scene).unwrap();
     run(folder, &["render", "scene.toml", "-o", "o.png", "--stats", "s.json"]).expect(0, &[]);

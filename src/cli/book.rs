@@ -75,7 +75,7 @@ pub(super) fn gallery(page: &Path, files: &[PathBuf], reading: Reading<'_>) -> R
     entries.sort_by(|a, b| (a.0, &a.1).cmp(&(b.0, &b.1)));
     let mut text = format!(
         "{TITLE}\n\n\
-         Made by `groundglass diagram --gallery docs/gallery.md`: each figure with its whole source. A new one begins with\n`groundglass diagram --new KIND`; `groundglass schema --figures` lists every key.\n",
+         Made by `groundglass diagram --gallery docs/gallery.md`: each figure with its figure file. A new one begins with\n`groundglass diagram --new KIND` (of the kinds that show scenes, pictures or tables, put your own into it); `groundglass schema --figures`\nlists every key.\n",
     );
     for (_, path, kind, source) in entries {
         let stem = path.strip_suffix(".toml").unwrap_or(&path);

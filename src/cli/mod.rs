@@ -1,6 +1,7 @@
 //! The command line. In: arguments; out: files, text on standard output, errors on standard error, and an
 //! exit code. One file per verb, and `book` of `diagram`; what verbs share: `input` (scenes), `figure_file` (figures),
-//! `output` (whole files), `report` (errors and text) and `interrupt`. Only the library's public API is used here.
+//! `effects` and `values` (arguments), `output` and `limited` (whole files), `report` (errors and text), `progress`, `machine` (threads, memory,
+//! clocks) and `interrupt`. Only the library's public API is used here.
 
 mod book;
 mod builtin;

@@ -77,7 +77,7 @@ impl Exposure {
     }
 
     /// The root mean square difference from another picture of the same size, over all pixels and channels, both clamped to
-    /// 0..1 after `exposure_ev` stops.
+    /// 0..1 after `exposure_ev` stops. (Where the other is smaller it is taken for black.)
     pub fn rms_difference(&self, other: &Self, exposure_ev: f64) -> f64 {
         let gain = libm::exp2(exposure_ev) as f32;
         let shown = |c: f32| f64::from((c * gain).clamp(0.0, 1.0));
@@ -90,9 +90,9 @@ impl Exposure {
     }
 
     /// The root mean square difference of what two ways to draw come to with infinitely many samples, as
-    /// [`Exposure::rms_difference`], from two pictures of each way: the first of both may share samples, and the second, but not the
-    /// first and the second. Chance is not in it, since the mean of products of differences that do not hang together has none. And
-    /// what it is at most: with two standard errors of that mean, by the blocks of 8 x 8 pixels. All of one size.
+    /// [`Exposure::rms_difference`], from two pictures of each way, all of one size: `[estimate, upper bound]`, the bound with two
+    /// standard errors, by the blocks of 8 x 8 pixels. `ours[i]` and `theirs[i]` may share a seed; those of 0 and of 1 must not: the mean of
+    /// products of two independent differences has no noise in it.
     pub fn rms_change(ours: [&Self; 2], theirs: [&Self; 2], exposure_ev: f64) -> [f64; 2] {
         let gain = libm::exp2(exposure_ev) as f32;
         let shown = |c: f32| f64::from((c * gain).clamp(0.0, 1.0));

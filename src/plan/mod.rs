@@ -50,6 +50,9 @@ pub(crate) struct Decision {
 
 impl RenderPlan {
     /// The plan of a scene, with its numbers. It looks at all triangles.
+    ///
+    /// # Panics
+    /// Where [`Surfaces::check`](crate::scene::Surfaces::check) would refuse them: never of what was loaded.
     pub fn new(scene: &Scene) -> Self {
         let view = View::of(scene, &|| false);
         let choice = scene.render.effects;

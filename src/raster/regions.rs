@@ -1,8 +1,8 @@
 //! Coverage and depth of one triangle, 16 lens points at a time, region by region.
 //!
 //! In: the triangle's functions for the 16 lens points ([`super::kernel`]), and the blocks it may touch. Out: depth and id where
-//! it is seen, in [`super::visibility`]. In the block at `x`, `y` a sample meets the triangle where `a`, `b` and `c >= 0`, each
-//! `c0 + x cx + y cy`, and sees it where `1/t`, of the same form, is the largest yet. A region of 4 x 4 blocks is passed over
+//! it is seen, in [`super::visibility`]. In the block at `x`, `y` a sample meets the triangle where `a`, `b` and `c >= 0` (of a quad
+//! `d` too), each `c0 + x cx + y cy`, and sees it where `1/t`, of the same form, is the largest yet. A region of 4 x 4 blocks is passed over
 //! where one corner says, for every lens point, that it lies outside an edge or behind what is there. Sums are taken in the same
 //! order at corners and inside, so rounding is monotonic and the corner's word is exact.
 

@@ -19,7 +19,7 @@ use crate::error::{Error, Result};
 use crate::picture::{BlockSamples, Exposure};
 use crate::sampling::runs::{FIRST_RUN, SKY_RUN, SKY_RUNS};
 
-/// The most samples of a pixel on the way to an error: sixty-four times the usual number takes an eighth or less of its
+/// The most samples of a pixel on the way to an error: sixty-four times the usual number leaves an eighth or less of its
 /// error, and a target beyond is told as out of reach.
 pub const MOST_FOR_ERROR: u32 = 16_384;
 

@@ -6,9 +6,11 @@
 //! * `frame`, `picture`: the camera and the vertices in the lens frame, and triangles into bins (`raster::bin`).
 //! * `pattern`, `diffraction`: the samples of a tile, in batches of 16.
 //! * `sharing`: whether samples share look-ups where a texture is smooth.
+//! * `covered`: where triangles' pixels reach.
 //! * `draw`: a tile, batch by batch: what is seen (`raster::tile`), surfaces (`looks`), their light (`shade`), into the sums; of a
 //!   tile at the `border` only what is in the picture.
-//! * `resolve`: from sums to means; and their errors, by `differences`, `clipped`, `highlights` (with `lit` and `spread`) and `edges`.
+//! * `resolve`: from sums to means; and their errors, by `differences`, `clipped`, `highlights` (with `lit` and `spread`), `edges` (with
+//!   `shown`) and `weights` (falloff).
 //! * `uniform`: all tiles with the same number of samples. Or `adaptive`, in rounds: `pilot`, `base` and `allocate` say how many
 //!   samples go where, `progressive` draws a round, `tile_round` one tile in it, `kept` holds the sums from round to round, and
 //!   `finish` makes the picture. Where there is no time for that, `few` samples.
@@ -67,7 +69,8 @@ use crate::threads::on_threads;
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// How a picture is made; none of it changes a pixel.
+/// How a picture is made; none of it changes a pixel, but where a time is asked for ([`Budget::Seconds`]): there speed decides how many
+/// samples there are.
 #[derive(Clone, Copy, Default)]
 pub struct Execution<'a> {
     /// Worker threads; `None` for as many as the machine has. Where `rayon` runs already it is its threads that work.

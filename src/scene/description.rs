@@ -86,7 +86,7 @@ pub struct MeshEntry {
 pub struct Sun {
     /// Unit vector from the scene to the sun.
     pub toward: DVec3,
-    /// Light on a surface square to it.
+    /// What a white surface square to it shows, 1 for white: irradiance over pi.
     pub color: DVec3,
     /// Whether surfaces cast shadows.
     pub shadows: bool,
@@ -97,7 +97,7 @@ pub struct Sun {
 /// Light from everywhere, and the background; linear red, green, blue, not negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sky {
-    /// Light that reaches every surface.
+    /// What a white surface shows by it alone, 1 for white: irradiance over pi.
     pub ambient: DVec3,
     /// Background at and below the horizon.
     pub horizon: DVec3,

@@ -185,16 +185,25 @@ impl Surfaces {
     }
 
     /// Finds which triangles look alike, so that samples of a pixel that see them can share shading.
+    ///
+    /// # Panics
+    /// Where [`Surfaces::check`] would refuse them.
     pub fn find_patches(&mut self) {
         self.patches = Patches::new(self, false);
     }
 
     /// Finds boxes of many triangles each, so that a picture passes over what is out of view at one look.
+    ///
+    /// # Panics
+    /// Where [`Surfaces::check`] would refuse them.
     pub fn find_clusters(&mut self) {
         self.clusters = Clusters::new(self);
     }
 
     /// Sorts the triangles for the rays of shadows, and finds the patches for them: only what lies in one plane is one.
+    ///
+    /// # Panics
+    /// Where [`Surfaces::check`] would refuse them.
     pub fn build_hierarchy(&mut self) {
         self.hierarchy = Some(Hierarchy::new(self));
         self.patches = Patches::new(self, true);
