@@ -216,3 +216,32 @@ fn a_solution_replaces_scenes_alone() {
         assert_eq!(fs::read_to_string(folder.join("o.toml")).unwrap(), other);
     }
 }
+
+#[test]
+fn what_is_solved_or_proposed_is_of_use() {
+    let scene =
+        |rear: &str| format!("{CAMERA}{rear}").replace("eye_m = [1.0, 3.6, 10.0]", "eye_m = [0, 1.6, 10]");
+    let (_keep, folder) = folder(&scene("extension_mm = 152.3\n"));
+    let solve = |words: &[&str]| run(&folder, &[&["solve", "scene.toml"], words].concat());
+    // A plane through the lens: what is proposed instead can be rendered, and says no word of warning.
+    let through = solve(&["--adjust", "rear", "--plane", "0,1.6,10;0,1,0"]);
+    let (_, proposed) =
+        through.expect(2, &["passes through the lens centre"]).err.split_once("--plane \"").unwrap();
+    let proposed = proposed.split('"').next().unwrap();
+    let again = solve(&["--adjust", "rear", "--plane", proposed]);
+    assert_eq!(again.expect(0, &[]).err, "");
+    // Nearer than the focal length, by the film: why, not only how far the film would have to turn.
+    solve(&["--adjust", "rear", "--plane", "0,1.6,9.9;0,0,1"]).expect(2, &["backwards", "no real image"]);
+    solve(&["--points", "0,0,0;1,0,0;2,0,0"]).expect(2, &["give three points that are not on one line"]);
+    solve(&["--distance", "0.1"]).expect(2, &["farther away than the focal length"]);
+    // A distance turns no standard, whatever a file says.
+    fs::write(folder.join("scene.toml"), scene("[focus]\ndistance_m = 5\nadjust = \"rear\"\n")).unwrap();
+    solve(&["--upright"]).expect(0, &[]);
+    solve(&["--upright", "--plane", "0,0,0;0,1,0"]).expect(64, &["--adjust front"]);
+    // The film sees above the horizon alone: the ground is nowhere in the picture.
+    fs::write(folder.join("scene.toml"), scene("extension_mm = 152.3\n[camera.rear]\nrise_mm = -60\n"))
+        .unwrap();
+    let nowhere = run(&folder, &["solve", "scene.toml", "--plane", "0,0,0;0,1,0"]);
+    nowhere.expect(0, &["nothing in the picture is sharp"]);
+    assert!(nowhere.out.contains("finite distance before the lens"), "{}", nowhere.out);
+}

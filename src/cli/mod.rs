@@ -50,8 +50,14 @@ or too large for memory, or has no solution; 3 a file cannot be read or written;
 #[derive(Debug, Subcommand)]
 enum Verb {
     /// Says what a camera does: planes, lines, depth of field, and the matrices of lens points
+    ///
+    /// What lies above, right of or in front of the lens does so along the camera's rail, wherever that looks; inclinations are from the
+    /// world's horizontal.
     Optics(optics::Arguments),
     /// Finds the movements that make a plane sharp
+    ///
+    /// What lies above, right of or in front of the lens does so along the camera's rail, wherever that looks; inclinations are from the
+    /// world's horizontal.
     Solve(solve::Arguments),
     /// Renders a scene to PNG or EXR
     Render(render::Arguments),

@@ -14,15 +14,19 @@ pub(crate) fn length(metres: f64) -> String {
         0.0 => "0 mm".to_owned(),
         v if v < 1e-7 => format!("{:.3e} mm", metres * 1e3),
         v if v < 1e-3 => format!("{:.4} mm", metres * 1e3),
-        v if v < 1.0 => format!("{:.2} mm", metres * 1e3),
-        v if v < 1e4 => format!("{metres:.3} m"),
-        v if v < 1e7 => format!("{:.3} km", metres / 1e3),
+        // As they are rounded.
+        v if v < 0.999_995 => format!("{:.2} mm", metres * 1e3),
+        v if v < 9_999.999_5 => format!("{metres:.3} m"),
+        v if v < 9_999_999.5 => format!("{:.3} km", metres / 1e3),
         _ => format!("{metres:.4e} m"),
     }
 }
 
 fn degrees(radians: f64) -> String {
-    format!("{:.2} degrees", radians.to_degrees())
+    match radians.to_degrees() {
+        small if small != 0.0 && small.abs() < 0.005 => format!("{small:.2e} degrees"),
+        angle => format!("{angle:.2} degrees"),
+    }
 }
 
 /// Where a point lies as the photographer sees it: lens space, so `x` right, `y` up, `-z` toward the subject.
@@ -194,7 +198,7 @@ pub(crate) fn optics_words(optics: &Optics, circle_of_confusion: f64, up: DVec3)
 /// What must be set how exactly.
 fn sensitivity(optics: &Optics) -> String {
     let Some(found) = optics.sensitivity() else {
-        return "no sharp point in the picture is at a finite distance".to_owned();
+        return "no sharp point in the picture is at a finite distance before the lens".to_owned();
     };
     let (name, moves) = found.largest_angle();
     let far = length(found.far_end.length());

@@ -130,7 +130,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     };
     let mut camera = scene.camera;
     if arguments.upright {
-        if focus.adjust == Adjust::Rear {
+        // A distance turns no standard, whatever the file says of planes.
+        let is_moot = arguments.adjust.is_none() && matches!(focus.target, FocusTarget::Distance(_));
+        if focus.adjust == Adjust::Rear && !is_moot {
             return Err(Error::new(
                 ErrorKind::Usage,
                 "--upright sets the rear standard, so the front one must be adjusted",
@@ -177,18 +179,17 @@ fn refuse(arguments: &Arguments, file: &str, focus: &Focus, why: Unsolvable) -> 
         })?;
     }
     let mut remedy = match &why.nearest {
-        None => "ask for another plane, or move the camera".to_owned(),
+        None => why.remedy(),
         Some(nearest) => {
             let [x, y, z, e] = optics_json::plane(nearest.plane);
             // What rounding left of a zero.
             let [x, y, z] = [x, y, z].map(|v| if v.abs() < 1e-15 { 0.0 } else { v });
+            // Without signs of zeros.
+            let [px, py, pz] = [x, y, z].map(|v| 0.0 - e * v);
             format!(
                 "the nearest parallel plane that can be sharp lies {} away: \
-                 --plane \"{},{},{};{x},{y},{z}\" (front {}; rear {})",
+                 --plane \"{px},{py},{pz};{x},{y},{z}\" (front {}; rear {})",
                 optics_words::length(nearest.miss),
-                -e * x,
-                -e * y,
-                -e * z,
                 optics_words::movements(&nearest.camera.front),
                 optics_words::movements(&nearest.camera.rear),
             )

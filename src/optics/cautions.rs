@@ -52,8 +52,24 @@ impl Optics {
             ));
         }
         // The focus plane crosses the axis behind the lens: what lies before the lens on it is out of focus.
-        if self.axis_crossing(self.focus_plane()).is_some_and(|along| along < 0.0) {
-            list.push("the focus plane crosses the lens axis behind the lens".to_owned());
+        let is_behind = self.axis_crossing(self.focus_plane()).is_some_and(|along| along < 0.0);
+        // No film point has its sharp point before the lens, or at infinity.
+        let is_nowhere = matches!(self.far_end(), (None, [least, _]) if least > 0.0);
+        match (is_behind, is_nowhere) {
+            (true, true) => {
+                list.push(
+                    "the focus plane crosses the lens axis behind the lens: nothing in the picture is sharp"
+                        .to_owned(),
+                );
+            }
+            (true, false) => list.push("the focus plane crosses the lens axis behind the lens".to_owned()),
+            (false, true) => {
+                list.push(
+                    "nothing in the picture is sharp: the film sees the focus plane behind the lens alone"
+                        .to_owned(),
+                );
+            }
+            (false, false) => {}
         }
         list
     }

@@ -3,7 +3,7 @@
 use super::Optics;
 use crate::camera::{Camera, Standard};
 use crate::geometry::HomogeneousPoint;
-use crate::quantity::{Angle, Length};
+use crate::quantity::Angle;
 use glam::DVec3;
 
 /// What a small change of one movement does to the plane of sharp focus at its far end.
@@ -41,21 +41,24 @@ impl Sensitivity {
 }
 
 impl Optics {
-    /// How far the plane of sharp focus moves at its far end with a small change of the camera. `None` where no sharp point
-    /// of the nine is finite and in front of the lens.
-    pub fn sensitivity(&self) -> Option<Sensitivity> {
-        // At infinity no point is sharp: what rounding makes of its place is none.
-        if self.focus_plane().m == DVec3::ZERO {
-            return None;
-        }
+    /// Of nine film points (corners, middles of the edges, centre) the sharp object point that lies farthest before the lens, if one is
+    /// finite; and the least and the largest of their weights: negative where what is sharp lies before the lens, 0 at infinity,
+    /// positive where it would lie behind it.
+    pub(super) fn far_end(&self) -> (Option<DVec3>, [f64; 2]) {
         let film = self.camera.film;
         let (w, h) = (0.5 * film.width.as_metres(), 0.5 * film.height.as_metres());
         let (mut far_end, mut weights): (Option<DVec3>, [f64; 2]) =
             (None, [f64::INFINITY, f64::NEG_INFINITY]);
+        // A plane at infinity has no finite point: what rounding makes of one is none.
+        let is_infinite = self.focus_plane().m == DVec3::ZERO;
         for (i, j) in (-1..=1).flat_map(|j| (-1..=1).map(move |i| (i, j))) {
             let on_film = self.film_point(f64::from(i) * w, f64::from(j) * h);
-            let object = self.object_of(HomogeneousPoint::finite(on_film));
-            // An affine function of the film's point: 0 where what is sharp is at infinity.
+            let mut object = self.object_of(HomogeneousPoint::finite(on_film));
+            // An affine function of the film's point: 0 where what is sharp is at infinity, and of the size of its own rounding there.
+            let rounding = 8.0 * f64::EPSILON * (1.0 + on_film.length() / self.f);
+            if is_infinite || object.w.abs() <= rounding {
+                object.w = 0.0;
+            }
             weights = [weights[0].min(object.w), weights[1].max(object.w)];
             let object = object.to_affine();
             let is_seen = object.is_finite() && self.a.dot(object) > 0.0;
@@ -63,30 +66,47 @@ impl Optics {
                 far_end = Some(object);
             }
         }
+        (far_end, weights)
+    }
+
+    /// How far the plane of sharp focus moves at its far end with a small change of the camera. `None` where no sharp point
+    /// of the nine is finite and in front of the lens.
+    pub fn sensitivity(&self) -> Option<Sensitivity> {
+        let (far_end, weights) = self.far_end();
         let far_end = far_end?;
         // By what the plane of the changed camera misses the point; the lens centre stays.
         let moved = |camera: Camera| {
             let distance = Self::new(&camera).ok()?.focus_plane().distance(far_end).abs();
             distance.is_finite().then_some(distance)
         };
-        let angle = |angle: Angle| {
-            // Toward zero, so that the changed standard faces forwards too.
-            let step = if angle.as_degrees() > 0.0 { -Sensitivity::ANGLE } else { Sensitivity::ANGLE };
-            Angle::degrees(angle.as_degrees() + step)
+        let turned = |s: Standard, change: &dyn Fn(Standard) -> Camera| {
+            let by = |angle: Angle, step: f64| Angle::degrees(angle.as_degrees() + step);
+            // Toward zero, so that the changed standard faces forwards too; or away, where that takes the plane to infinity.
+            let first = |angle: Angle| {
+                if angle.as_degrees() > 0.0 { -Sensitivity::ANGLE } else { Sensitivity::ANGLE }
+            };
+            let either = |first: f64, turn: &dyn Fn(f64) -> Standard| {
+                moved(change(turn(first))).or_else(|| moved(change(turn(-first))))
+            };
+            let tilt = either(first(s.tilt), &|step| Standard { tilt: by(s.tilt, step), ..s })?;
+            Some([tilt, either(first(s.swing), &|step| Standard { swing: by(s.swing, step), ..s })?])
         };
-        let turned =
-            |s: Standard| [Standard { tilt: angle(s.tilt), ..s }, Standard { swing: angle(s.swing), ..s }];
         let camera = self.camera;
-        let [front_tilt, front_swing] = turned(camera.front).map(|front| moved(Camera { front, ..camera }));
-        let [rear_tilt, rear_swing] = turned(camera.rear).map(|rear| moved(Camera { rear, ..camera }));
-        let extension = Length::metres(camera.extension.as_metres() + Sensitivity::LENGTH);
         Some(Sensitivity {
             far_end,
             runs_out: weights[0] <= 0.0 && weights[1] >= 0.0,
-            front: [front_tilt?, front_swing?],
-            rear: [rear_tilt?, rear_swing?],
-            extension: moved(Camera { extension, ..camera })?,
+            front: turned(camera.front, &|front| Camera { front, ..camera })?,
+            rear: turned(camera.rear, &|rear| Camera { rear, ..camera })?,
+            extension: self.moved_by_extension(far_end),
         })
+    }
+
+    /// How far [`Sensitivity::LENGTH`] more of extension moves the plane at a point of it. The plane of a film plane `(n, e)` is
+    /// `(n - a e/f, e)`, which misses the point by the change of `e` times `1 - a.p/f`: two distances that nearly cancel are not needed.
+    fn moved_by_extension(&self, point: DVec3) -> f64 {
+        let change = self.n.z * Sensitivity::LENGTH;
+        let changed = self.n - (self.e - change) / self.f * self.a;
+        (change * (1.0 - self.a.dot(point) / self.f)).abs() / changed.length()
     }
 }
 
@@ -94,6 +114,7 @@ impl Optics {
 mod tests {
     use super::*;
     use crate::optics::{Adjust, FocusTarget, solve};
+    use crate::quantity::Length;
 
     fn optics(tilt: f64, extension: f64) -> Optics {
         let mut camera = Camera::looking_at(DVec3::ZERO, DVec3::NEG_Z).unwrap();
@@ -148,6 +169,37 @@ mod tests {
             camera.extension = Length::metres(along);
             let sharp = Optics::new(&camera).unwrap();
             assert_eq!(sharp.sensitivity().is_some(), sharp.focus_plane().m != DVec3::ZERO, "{tenth}");
+        }
+    }
+
+    #[test]
+    fn a_step_to_infinity_is_taken_the_other_way() {
+        // 0.01 degrees of tilt are all that keeps this plane from infinity.
+        let [last, beyond] = [0.01, 0.010_000_1].map(|tilt| optics(tilt, 150.0).sensitivity().unwrap());
+        assert!((last.far_end.length() / 3018.428 - 1.0).abs() < 1e-6, "{last:?}");
+        assert!((last.far_end.length() / beyond.far_end.length() - 1.0).abs() < 1e-4, "{beyond:?}");
+        assert!(last.front[0] > 0.0 && last.rear[0] > 0.0);
+    }
+
+    #[test]
+    fn rounding_of_a_point_at_infinity_is_no_far_end() {
+        // Ground above and below a level camera, by its film: the film's middle row sees the horizon.
+        for height in [1.0, 0.05, 0.02, -0.15] {
+            let ground = FocusTarget::Plane { point: DVec3::Y * height, normal: DVec3::Y };
+            let camera = solve(optics(0.0, 160.0).camera(), &ground, Adjust::Rear).unwrap();
+            let found = Optics::new(&camera).unwrap().sensitivity().unwrap();
+            assert!(found.runs_out && found.far_end.length() < 100.0 * height.abs(), "{height}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn long_extensions_keep_their_digits() {
+        // D = f d / (d - f) changes by f^2 / ((d - f) (d - f + change)) of the change.
+        for (extension, digits) in [(151.0, 1e-12), (150e3, 1e-12), (1e15, 1e-3)] {
+            let found = optics(0.0, extension).sensitivity().unwrap();
+            let (d, change) = (extension / 1e3, Sensitivity::LENGTH);
+            let want = 0.15 * 0.15 * change / ((d - 0.15) * (d - 0.15 + change));
+            assert!((found.extension / want - 1.0).abs() < digits, "{extension}: {} {want}", found.extension);
         }
     }
 }

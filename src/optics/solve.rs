@@ -84,14 +84,27 @@ impl fmt::Display for Unsolvable {
 
 impl std::error::Error for Unsolvable {}
 
-impl From<Unsolvable> for Error {
-    fn from(unsolvable: Unsolvable) -> Self {
-        let remedy = match &unsolvable.nearest {
-            Some(nearest) => {
+impl Unsolvable {
+    /// What can be done about it, in words.
+    pub fn remedy(&self) -> String {
+        match (&self.nearest, self.limit) {
+            (Some(nearest), _) => {
                 format!("the nearest parallel plane that can be sharp lies {} away", metres(nearest.miss))
             }
-            None => "ask for another plane, or move the camera".to_owned(),
-        };
+            (None, Limit::NoPlane) => {
+                "give three points that are not on one line, or a normal that is not zero".to_owned()
+            }
+            (None, Limit::NoRealImage) => {
+                "ask for what lies farther away than the focal length, or move the camera".to_owned()
+            }
+            (None, _) => "ask for another plane, or move the camera".to_owned(),
+        }
+    }
+}
+
+impl From<Unsolvable> for Error {
+    fn from(unsolvable: Unsolvable) -> Self {
+        let remedy = unsolvable.remedy();
         Self::no_solution(unsolvable.message).remedy(remedy)
     }
 }
@@ -243,13 +256,20 @@ fn solve_plane(camera: &Camera, plane: Plane, adjust: Adjust) -> Result<Camera, 
             let a = -camera.front.rotation().z_axis;
             let (n, e) = film_plane_for(a, m, g, f)?;
             if n.z <= 0.0 {
-                return Err((
-                    Limit::Backwards,
-                    format!(
-                        "the film would have to face backwards, {:.2} degrees away from the rail",
-                        libm::acos(n.z).to_degrees()
-                    ),
-                ));
+                let mut message = format!(
+                    "the film would have to face backwards, {:.2} degrees away from the rail",
+                    libm::acos(n.z).to_degrees()
+                );
+                let crossing = -g / m.dot(a);
+                if crossing > 0.0 && crossing < f {
+                    message.push_str(&format!(
+                        ": the plane crosses the lens axis {} before the lens, nearer than the focal length of {}, and has no real image \
+                         there",
+                        metres(crossing),
+                        metres(f)
+                    ));
+                }
+                return Err((Limit::Backwards, message));
             }
             with_film_plane(camera, camera.rear.turned_to(n), e)
         }
@@ -342,8 +362,11 @@ fn with_film_plane(camera: &Camera, rear: Standard, e: f64) -> Result<Camera, St
 /// The solvable plane nearest to `plane` among those parallel to it.
 fn nearest_parallel(camera: &Camera, plane: Plane, adjust: Adjust) -> Option<Nearest> {
     let f = camera.focal_length.as_metres();
-    // One that lies behind the lens, or nowhere in the picture, is of no use.
-    let is_seen = |solved: &Camera| Optics::new(solved).is_ok_and(|optics| optics.sensitivity().is_some());
+    // One that lies behind the lens, or nowhere in the picture, or cannot be rendered, is of no use.
+    let is_seen = |solved: &Camera| {
+        Optics::new(solved)
+            .is_ok_and(|optics| optics.far_end().0.is_some() && !optics.film_reaches_aperture())
+    };
     let at = |offset: f64| {
         solve_plane(camera, Plane { e: plane.e + offset, ..plane }, adjust).ok().filter(is_seen)
     };
