@@ -275,6 +275,62 @@ fn what_falls_off_the_page_is_said() {
 }
 
 #[test]
+fn what_a_section_does_not_show_is_said() {
+    let (_keep, folder) = folder("");
+    let figure = |keys: &str, rest: &str| {
+        let text = format!(
+            "kind = {keys}\n[camera]\neye_m = [0, 1.6, 0]\nlook_at_m = [0, 1.6, -1]\nfocal_length_mm = 150\n\
+             f_number = 8\nfilm = \"4x5\"\nextension_mm = 155\n{rest}"
+        );
+        fs::write(folder.join("a.toml"), &text).unwrap();
+        let out = run(&folder, &["diagram", "a.toml", "--text", "text"]);
+        (out.expect(0, &[]).err.clone(), fs::read_to_string(folder.join("a.svg")).unwrap())
+    };
+    // A film shifted out of the section.
+    let (told, _) = figure("\"side-view\"", "[camera.front]\ntilt_deg = 5\n[camera.rear]\nshift_mm = 70\n");
+    assert!(told.contains("the film lies beside this section"), "{told}");
+    // A wedge thinner than any line, on the page.
+    let (told, _) = figure("\"side-view\"", "[focus]\ndistance_m = 3\ncircle_of_confusion_mm = 1e-6\n");
+    assert!(told.contains("the wedge is too thin to be drawn") && !told.contains("off the page"), "{told}");
+    // An enlargement that is none.
+    let (told, svg) = figure("\"side-view\"\ninset = \"always\"", "[focus]\ndistance_m = 0.2\n");
+    assert!(told.contains("would show it no larger") && !svg.contains("data-panel=\"inset\""), "{told}");
+    // A camera that looks down is drawn with its rail level, and the figure says so.
+    let level = figure("\"side-view\"", "").1;
+    let down = fs::read_to_string(folder.join("a.toml")).unwrap().replace("[0, 1.6, -1]", "[0, 0.6, -1]");
+    fs::write(folder.join("down.toml"), down).unwrap();
+    run(&folder, &["diagram", "down.toml", "--text", "text"]).expect(0, &[]);
+    let down = fs::read_to_string(folder.join("down.svg")).unwrap();
+    assert!(down.contains("side view, rail level") && !level.contains("rail level"));
+    // Far limits beyond infinity, by the f-number.
+    let (_, svg) = figure("\"wedge\"\nf_numbers = [8, 64]", "");
+    let words: String = svg.split(['<', '>']).collect::<Vec<_>>().join("");
+    assert!(words.contains("/64") && svg.contains("(to infinity)"), "{words}");
+    let (_, svg) = figure("\"limits-compared\"", "");
+    assert!(!svg.contains("here to infinity"));
+    let (_, svg) = figure("\"limits-compared\"", "[focus]\ndistance_m = 100\n");
+    assert!(svg.contains("here to infinity"));
+}
+
+#[test]
+fn accumulation_parts_a_point_over_its_whole_blur() {
+    // An aperture of 50 mm, the film at 140 mm, and the image of 560 mm at f d / (d - f).
+    let camera = "[camera]\neye_m = [0, 0, 0]\nlook_at_m = [0, 0, -1]\nfocal_length_mm = 100\n\
+                  f_number = 2\nfilm = \"4x5\"\nextension_mm = 140\n";
+    for points in [2, 5, 16] {
+        let text = format!("kind = \"accumulation\"\npoints = {points}\nfarther = 1.6\n{camera}");
+        let image = 100.0 * 560.0 / (560.0 - 100.0);
+        let blur = 50.0 * (140.0 - image) / image;
+        let document = Document::from_bytes(text.as_bytes(), "a.toml").unwrap();
+        let file = FigureFile::from_document(document).unwrap();
+        let figure = file.draw(&Files::new(), "".as_ref(), Changes::default()).unwrap();
+        let said = figure.to_svg_with(TextAs::Text).unwrap();
+        // Three digits.
+        assert!(said.contains(&format!("over {blur:.1} mm")), "{points}: {blur} in {said}");
+    }
+}
+
+#[test]
 fn the_gallery_shows_the_book() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let (_keep, folder) = folder("");

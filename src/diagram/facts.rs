@@ -98,7 +98,7 @@ fn depth(scene: &Scene) -> Option<String> {
 }
 
 /// Where sharpness begins and ends along the axis, metres; it may end at infinity.
-fn limits(scene: &Scene, depth: &DepthOfField) -> Option<[f64; 2]> {
+pub(crate) fn limits(scene: &Scene, depth: &DepthOfField) -> Option<[f64; 2]> {
     let crossing = |plane| scene.optics.axis_crossing(plane).filter(|&t| t > 0.0);
     let near = crossing(depth.near)?;
     Some(crossing(depth.far).map_or([near, f64::INFINITY], |far| [near.min(far), near.max(far)]))

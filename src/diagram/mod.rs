@@ -40,7 +40,7 @@
 //! and `error-bar`. Heat maps (`kind = "heat-map"`) are such charts side by side; each has `cells` with `data-series`.
 //!
 //! `data-off-page` says why a part's group is empty: `beyond` the panel's frame, `behind` the lens or its front focal plane and
-//! along them (a far limit beyond infinity), `at-infinity`, `parallel` to the section, `not-cut` by it; of a `label`, `no-room` for the words in `data-words`.
+//! along them (a far limit beyond infinity), `at-infinity`, `parallel` to the section, `not-cut` by it, `thin`: too thin to be seen; of a `label`, `no-room` for the words in `data-words`.
 //!
 //! The name of a plane seen edge-on runs along its trace. In a panel nothing carries `transform`, so such a label is made of
 //! turned outlines; with `--text text` it is a `label` that follows its panel, and its `<text>` carries the turn.
@@ -132,7 +132,16 @@ impl Figure {
 
     /// What a reader would look for and not find, in words: parts that lie off the page, and labels for which it has no room.
     pub fn not_shown(&self) -> Vec<String> {
-        let parts = beyond(&self.list.items).into_iter().map(|(part, whose)| match part {
+        let parts = beyond(&self.list.items).into_iter().map(|(part, why, whose)| match part {
+            "film" if why == "not-cut" => {
+                format!(
+                    "the film{whose} lies beside this section, which does not cut it: see another section"
+                )
+            }
+            "wedge" if why == "thin" => format!("the wedge{whose} is too thin to be drawn"),
+            "camera-panel" if why == "thin" => {
+                "a panel of the camera alone would show it no larger: none is drawn".to_owned()
+            }
             "some-points" => "points lie off the chart".to_owned(),
             "some-bars" => "error bars run off the chart".to_owned(),
             "camera-panel" => {
@@ -208,19 +217,24 @@ impl Figure {
     }
 }
 
-/// The parts that lie wholly beyond every panel in which they would stand; where a figure has several cameras, with what tells
+/// The parts that lie wholly off every panel in which they would stand, and why; where a figure has several cameras, with what tells
 /// whose they are.
-fn beyond(items: &[Item]) -> Vec<(&'static str, String)> {
+fn beyond(items: &[Item]) -> Vec<(&'static str, &'static str, String)> {
     let (mut off, mut on) = (Vec::new(), Vec::new());
     walk(items, &mut |group| match (group.part, group.off_page) {
-        (Some(part), Some("beyond")) => off.push((part, camera_of(group))),
+        (Some(part), Some(why @ ("beyond" | "thin" | "not-cut"))) => off.push((part, why, camera_of(group))),
         (Some(part), None) => on.push((part, camera_of(group))),
         _ => {}
     });
     // An arrow at the border says where it is.
     let points = on.iter().any(|(part, _)| *part == "arrow");
     let told = |part: &str| points && matches!(part, "focus-plane" | "hinge-line" | "scheimpflug-line");
-    off.retain(|one| !on.contains(one) && !told(one.0));
+    // What is on the page in one panel, and too thin there, is not off it.
+    let thin: Vec<_> = off.iter().filter(|one| one.1 == "thin").cloned().collect();
+    off.retain(|(part, why, whose)| {
+        *why == "thin" || !thin.iter().any(|one| one.0 == *part && one.2 == *whose)
+    });
+    off.retain(|(part, _, whose)| !on.contains(&(*part, whose.clone())) && !told(part));
     off.sort_unstable();
     off.dedup();
     off

@@ -47,7 +47,8 @@ impl<'a> Scene<'a> {
         hidden: &'a BTreeSet<String>,
     ) -> Self {
         let plane = SectionPlane::new(optics, section);
-        let plane = if triangles.is_empty() { plane } else { plane.upright(optics.world_from_lens(), up) };
+        let world = optics.world_from_lens();
+        let plane = if triangles.is_empty() { plane } else { plane.upright(world, up) }.told(world, up);
         Self::cut(optics, theme, circle, plane, triangles, hidden)
     }
 

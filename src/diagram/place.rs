@@ -275,8 +275,7 @@ impl Scene<'_> {
             // A leader along the very line it comes from would look like a part of it.
             let middle = [0.5 * (anchor[0] + end[0]), 0.5 * (anchor[1] + end[1])];
             let along = |o: &&Obstacle| {
-                o.weight >= Weight::Light
-                    && distance_to_segment(anchor, o.a, o.b) < 0.3
+                distance_to_segment(anchor, o.a, o.b) < 0.3
                     && distance_to_segment(middle, o.a, o.b) < 0.12 * gap
             };
             if self.obstacles.iter().any(|o| along(&o)) {

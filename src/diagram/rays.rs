@@ -13,13 +13,16 @@ use glam::DVec3;
 pub(crate) fn bundles(scene: &Scene, panel: &Panel) -> Vec<DVec3> {
     let Some([p, q]) = scene.film else { return Vec::new() };
     let at = |t: f64| 0.5 * (p + q) + (q - p) * (0.5 * t);
-    let shown = |t: &f64| conjugate(scene, at(*t)).is_some_and(|x| panel.holds(panel.page(x), 3.0));
+    // No light comes along the lens: a film point near its plane has no bundle to speak of.
+    let is_lit = |p: DVec3| -scene.optics.axis().dot(p) > 0.1 * p.length();
+    let shown =
+        |t: &f64| is_lit(at(*t)) && conjugate(scene, at(*t)).is_some_and(|x| panel.holds(panel.page(x), 3.0));
     let ladder: Vec<f64> = (-7..=7).map(|i| f64::from(i) * 0.1).filter(shown).collect();
     match (ladder.first(), ladder.last()) {
         (Some(&a), Some(&b)) if b - a > 0.25 => vec![at(a), at(b)],
         (Some(&a), Some(_)) => vec![at(a)],
         // Nothing sharp in sight: parallel or diverging bundles show that as well.
-        _ => vec![at(-0.55), at(0.55)],
+        _ => [-0.55, 0.55].map(at).into_iter().filter(|&p| is_lit(p)).collect(),
     }
 }
 

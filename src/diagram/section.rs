@@ -51,6 +51,8 @@ pub(crate) struct SectionPlane {
     /// Toward the viewer.
     pub(crate) normal: DVec3,
     pub(crate) view: View,
+    /// Whether it is a side view that shows the rail level, though the camera looks up or down.
+    pub(crate) rail_level: bool,
 }
 
 /// What a line leaves in the section.
@@ -107,7 +109,12 @@ impl SectionPlane {
         } else {
             View::Oblique
         };
-        Self { u, v, normal, view }
+        Self { u, v, normal, view, rail_level: false }
+    }
+
+    /// What it shows and from where, in words.
+    pub(crate) fn name(&self) -> &'static str {
+        if self.rail_level { "side view, rail level" } else { self.view.name() }
     }
 
     /// A side view turned in its plane until the world's `up` is up the page: the ground is level, what stands on it
@@ -119,6 +126,13 @@ impl SectionPlane {
         let u = v.cross(self.normal);
         let looks_ahead = u.dot(self.u) > std::f64::consts::FRAC_1_SQRT_2;
         if self.view == View::Side && looks_ahead { Self { u, v, ..self } } else { self }
+    }
+
+    /// The same section, told when it shows the rail level and the world's `up` is more than a degree from up the page.
+    pub(crate) fn told(self, world_from_lens: &Pose, up: DVec3) -> Self {
+        let up = world_from_lens.vector_inverse(up);
+        let leans = self.v.dot(up / up.length()) < libm::cos(1f64.to_radians());
+        Self { rail_level: self.view == View::Side && leans, ..self }
     }
 
     /// Page right and up of a vector, its part square to the section dropped.

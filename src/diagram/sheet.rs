@@ -116,6 +116,13 @@ impl<'a> Sheet<'a> {
         }
         let begin = if to_right { at - 6.0 - wide } else { left };
         let has_bar = begin + wide + 2.0 <= at;
+        if !has_bar {
+            // The number instead of the bar.
+            let runs = lettering::runs(&both);
+            if left + lettering::width(&runs)? * theme::LETTER <= right {
+                said = runs;
+            }
+        }
         let captions = [(said, begin), (label, at)];
         for (runs, x) in captions.into_iter().take(if has_bar { 2 } else { 1 }) {
             let item = self.caption("scale", runs, [x, base], theme::LETTER)?;

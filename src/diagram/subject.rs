@@ -158,6 +158,7 @@ mod tests {
             v: DVec3::Y,
             normal: DVec3::X,
             view: super::super::section::View::Side,
+            rail_level: false,
         }
     }
 

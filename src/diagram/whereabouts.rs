@@ -32,8 +32,8 @@ pub(crate) fn is_square(section: &SectionPlane, line: Line) -> bool {
     matches!(section.pierce(line), Pierce::At(p) if libm::hypot(p[0], p[1]) <= near)
 }
 
-/// A distance is said to lie one way if it does within 2 %, as a part of what lies the other way.
-const ASIDE: f64 = 0.2;
+/// A distance is said to lie one way if it does in three digits, as a part of what lies the other way.
+const ASIDE: f64 = 0.1;
 
 /// The way to a section point in words: along the section's own up, along the rail, or both.
 fn whither(section: &SectionPlane, p: [f64; 2]) -> String {
@@ -103,7 +103,7 @@ mod tests {
             let both = has(["above", "below"]) && has(["left", "right"]);
             assert_eq!(both, choice == Section::Auto, "{choice:?}: {}", cut.way);
             // One way only where nearly all of the distance lies along it.
-            let is_along = p[0].abs() > 0.2 * p[1].abs();
+            let is_along = p[0].abs() > 0.1 * p[1].abs();
             assert_eq!(
                 cut.way.contains("ahead") || cut.way.contains("behind"),
                 is_along,

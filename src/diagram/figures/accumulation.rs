@@ -24,7 +24,7 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default)]
 pub(crate) struct Keys {
-    /// Points on the lens's diameter in the section.
+    /// Points on the lens's diameter in the section, the outermost on its rim.
     #[schemars(range(min = 2, max = 16), example = 5)]
     points: u32,
     /// How many times farther than the focus plane the unsharp point lies.
@@ -60,10 +60,10 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             .remedy("focus nearer: a larger extension_mm"));
     }
     let unsharp = sharp * keys.farther;
+    // From rim to rim: what they part is the whole blur.
     let mut lens: Vec<DVec3> = (0..keys.points)
         .map(|i| {
-            scene.lens
-                * (optics.aperture_radius() * (2.0 * (f64::from(i) + 0.5) / f64::from(keys.points) - 1.0))
+            scene.lens * (optics.aperture_radius() * (2.0 * f64::from(i) / f64::from(keys.points - 1) - 1.0))
         })
         .collect();
     // The uppermost on the page first, as the rows beside come.
@@ -97,7 +97,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     parts::draw(&scene, &mut canvas, Role::Whole);
     seen_through(&scene, &mut canvas, &lens, [film, sharp, unsharp]);
     sheet.push(parts::close(&scene, canvas, "main")?);
-    sheet.strip(&panel, scene.section.view.name(), false)?;
+    sheet.strip(&panel, scene.section.name(), false)?;
     let group = pictures(&scene, &sheet, beside, &lens, [sharp, unsharp])?;
     sheet.items.push(Item::Group(group));
     let words = if is_upright(&scene) {

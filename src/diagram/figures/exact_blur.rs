@@ -9,8 +9,10 @@ use crate::diagram::canvas::{Canvas, Label};
 use crate::diagram::contour;
 use crate::diagram::display_list::{Fill, Geometry, Group, Point, Segment, Shape, Stroke};
 use crate::diagram::marks::far;
+use crate::diagram::panel::PageLine;
 use crate::diagram::parts::Scene;
 use crate::diagram::place::Weight;
+use crate::diagram::planes::along;
 use crate::diagram::theme::{self, solid};
 use crate::diagram::words::{exact, length, short};
 use crate::error::{Error, Result};
@@ -60,9 +62,10 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let sentences = [
         format!(
             "Lines: the exact blur is {}, *c* = {}. The wedge's planes take one diameter of the blur for all of it; the \
-             signs say by how much the largest is more than *c* there.",
+             signs say by how much the largest is more than *c* there{}.",
             levels.join(", "),
-            length(circle)
+            length(circle),
+            if scene.film.is_some() { ", open circles at points beside the picture" } else { "" }
         ),
         stage::camera_sentence(&scene),
     ];
@@ -70,8 +73,35 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         for &level in &keys.circles {
             lines(scene, canvas, (level, circle), &circles(level), (theme::MEDIUM, 0.87));
         }
+        view(scene, canvas);
         differences(scene, canvas, circle);
     })
+}
+
+/// Rays through the lens centre from the film's ends: between them lies what is in the picture.
+fn view(scene: &Scene, canvas: &mut Canvas) {
+    let Some(ends) = scene.film else { return };
+    let theme = scene.theme;
+    for (i, end) in ends.into_iter().enumerate() {
+        let way = stage::page_way(scene, -end);
+        let line = PageLine { at: canvas.panel.origin, along: way };
+        let Some((from, to)) = canvas.panel.clip(&line, 0.0, 2.0 * canvas.panel.reach()) else { continue };
+        let (a, b) = (line.point(from), line.point(to));
+        canvas.part("picture-edge", vec![Shape::line(a, b, solid(theme.quiet, theme::THIN))]);
+        canvas.avoid(a, b, theme::THIN, Weight::Light);
+        if i == 0 {
+            let label = Label::new("edge of the picture", theme.quiet, along(a, b)).beside((a, b), 0.8);
+            canvas.label(label.optional());
+        }
+    }
+}
+
+/// Whether the film sees a point of the section through the lens centre.
+fn is_in_picture(scene: &Scene, point: DVec3) -> bool {
+    let Some([p, q]) = scene.film else { return true };
+    let [p, q, x] = [-p, -q, point].map(|v| scene.section.project(v));
+    let side = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
+    side(p, x) * side(p, q) >= 0.0 && side(q, x) * side(q, p) >= 0.0
 }
 
 /// So many circles of confusion, in words.
@@ -171,9 +201,14 @@ fn differences(scene: &Scene, canvas: &mut Canvas, circle: f64) {
             let Some(blur) = scene.optics.blur_of(point(scene, canvas, p)) else { continue };
             let percent = 100.0 * (blur.largest / circle - 1.0);
             let percent = if percent.abs() < 1e-6 { 0.0 } else { percent };
-            let fill = Fill::Flat { color: scene.theme.depth.line, opacity: 1.0 };
+            let color = scene.theme.depth.line;
+            let mark = if is_in_picture(scene, point(scene, canvas, p)) {
+                Shape::circle(p, 0.6, Some(Fill::Flat { color, opacity: 1.0 }), None)
+            } else {
+                Shape::circle(p, 0.5, None, Some(solid(color, theme::MEDIUM)))
+            };
             canvas.data = vec![("data-percent", exact(percent))];
-            canvas.part("difference", vec![Shape::circle(p, 0.6, Some(fill), None)]);
+            canvas.part("difference", vec![mark]);
             canvas.data.clear();
             canvas.avoid_disk(p, 0.7);
             let sign = if percent > 0.0 { "+" } else { "" };

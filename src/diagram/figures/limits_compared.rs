@@ -6,6 +6,7 @@ use super::file::Input;
 use super::stage::{self, Stage};
 use crate::diagram::Figure;
 use crate::diagram::canvas::{Canvas, Label};
+use crate::diagram::facts;
 use crate::diagram::parts::Scene;
 use crate::diagram::place::Weight;
 use crate::diagram::planes::{Style, along, stub, trace};
@@ -28,11 +29,14 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let bounds = stage::around_limits(&scene, scene.depth.as_slice())?;
     let extension = -optics.film_plane().e / optics.focal_length();
     let untilted = optics.untilted_limits(circle);
+    let limits = scene.depth.and_then(|depth| facts::limits(&scene, &depth));
+    let to_infinity = limits.is_some_and(|[_, far]| far == f64::INFINITY);
     let sentences = [
         format!(
-            "What is sharp to *c* = {}: the exact contour; the wedge, exact for one diameter of the blur; {}Merklinger's limits, \
+            "What is sharp to *c* = {}{}: the exact contour; the wedge, exact for one diameter of the blur; {}Merklinger's limits, \
              {}, since they take the film to stand at *f*{}.",
             length(circle),
+            if to_infinity { ", here to infinity" } else { "" },
             if untilted.is_some() { "" } else { "and " },
             wider(extension),
             if untilted.is_some() {
@@ -46,7 +50,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     stage::single(&stage, scene, bounds, "Limits of sharpness compared", &sentences, |scene, canvas| {
         let theme = scene.theme;
         let optics = scene.optics;
-        let wedge = solid(theme.depth.line, 0.7);
+        let wedge = solid(theme.depth.line, 1.0);
         let merklinger = broken(theme.hinge.line, theme::MEDIUM, theme::DASHED);
         let untilted = broken(theme.quiet, theme::MEDIUM, theme::AXIS);
         let all = [
@@ -71,7 +75,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
             both(scene, canvas, limits, parts, name, (stroke, color));
         }
         // Fine, over the wedge's broad lines: both are seen also where they are as good as one.
-        exact_blur::lines(scene, canvas, (1.0, circle), "exact", (theme::THIN, 0.25));
+        exact_blur::lines(scene, canvas, (1.0, circle), "exact", (theme::MEDIUM, 0.25));
     })
 }
 

@@ -280,7 +280,10 @@ impl<'a> SideView<'a> {
             Inset::Auto => !readable,
         };
         let layout = if with_inset { self.layout(&extent, top, &facts)? } else { None };
-        let view = scene.section.view.name();
+        // An enlargement that is none only takes room.
+        let is_needless = layout.as_ref().is_some_and(|layout| layout.inset.scale <= alone.scale);
+        let layout = layout.filter(|_| !is_needless);
+        let view = scene.section.name();
         if let Some(layout) = layout {
             scene.bundles = rays::bundles(&scene, &layout.main);
             let (mark, connectors) = inset_mark(&layout.main, &layout.inset, &self.theme);
@@ -296,7 +299,8 @@ impl<'a> SideView<'a> {
             scene.bundles = rays::bundles(&scene, &alone);
             sheet.push(parts::panel(&scene, alone, Role::Whole, "main", None)?);
             if self.inset == Inset::Always {
-                sheet.push(Group::off_page("camera-panel", "beyond"));
+                let why = if is_needless { "thin" } else { "beyond" };
+                sheet.push(Group::off_page("camera-panel", why));
             }
             sheet.strip(&alone, view, false)?;
             sheet.block(&wide_lines, [MARGIN, height - MARGIN - foot + 1.0])?;

@@ -236,10 +236,10 @@ const LEAST_HIGH: f64 = 25.0;
 
 /// What a panel shows, and from where it is seen, unless that is from the side.
 pub(crate) fn seen(scene: &Scene, words: &str) -> String {
-    match scene.section.view {
-        View::Side => words.to_owned(),
-        view if words.is_empty() => view.name().to_owned(),
-        view => format!("{words}, {}", view.name()),
+    match scene.section.name() {
+        name if name == View::Side.name() => words.to_owned(),
+        name if words.is_empty() => name.to_owned(),
+        name => format!("{words}, {name}"),
     }
 }
 
@@ -264,7 +264,7 @@ pub(crate) fn single(
     let fitted = extent::fit(bounds, frame, 5.0);
     scene.bundles = rays::bundles(&scene, &fitted);
     sheet.push(panel(&scene, fitted, "main", marks)?);
-    sheet.strip(&fitted, scene.section.view.name(), false)?;
+    sheet.strip(&fitted, scene.section.name(), false)?;
     end(stage, sheet, frame, title, sentences)
 }
 

@@ -141,7 +141,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let panel = extent::fit(extent.scene, main, 4.0);
     scene.bundles = rays::bundles(&scene, &panel);
     sheet.push(parts::panel(&scene, panel, Role::Main, "main", None)?);
-    sheet.strip(&panel, scene.section.view.name(), false)?;
+    sheet.strip(&panel, scene.section.name(), false)?;
     stage::end(&stage, sheet, frame, "A picture and its camera", &sentences)
 }
 

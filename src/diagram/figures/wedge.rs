@@ -9,6 +9,7 @@ use crate::diagram::Figure;
 use crate::diagram::canvas::{Canvas, Label};
 use crate::diagram::display_list::{Fill, Group, Item, PanelFrame, Shape};
 use crate::diagram::extent;
+use crate::diagram::facts;
 use crate::diagram::parts::{self, Role, Scene};
 use crate::diagram::place::Weight;
 use crate::diagram::planes::{self, Style, along, trace};
@@ -68,7 +69,16 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         None => "Lens and film are parallel: the limits are parallel too, their hinge line is at infinity."
             .to_owned(),
     };
-    let listed: Vec<String> = numbers.iter().rev().map(|n| format!("*f*/{}", short(*n))).collect();
+    let to_infinity = |optics: &Optics| {
+        let one = stage.scene_of(optics);
+        one.depth.and_then(|depth| facts::limits(&one, &depth)).is_some_and(|[_, far]| far == f64::INFINITY)
+    };
+    let listed: Vec<String> = (numbers.iter().zip(&all).rev())
+        .map(|(n, optics)| {
+            let how_far = if to_infinity(optics) { " (to infinity)" } else { "" };
+            format!("*f*/{}{how_far}", short(*n))
+        })
+        .collect();
     let sentences = [
         format!(
             "Depth of field at {}, for circles of confusion of *c* = {}. {meeting}",
@@ -92,7 +102,7 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     limits(&stage, &scene, &mut canvas, &all, &numbers);
     parts::draw(&scene, &mut canvas, Role::Whole);
     sheet.push(parts::close(&scene, canvas, "main")?);
-    sheet.strip(&panel, scene.section.view.name(), false)?;
+    sheet.strip(&panel, scene.section.name(), false)?;
     let (group, enlarged) = confusion(&scene, circle, beside)?;
     sheet.items.push(Item::Group(group));
     sheet.strip(&enlarged, &format!("at the film, *f*/{}", short(number.get())), false)?;
@@ -140,7 +150,7 @@ fn confusion(scene: &Scene, circle: f64, frame: [f64; 4]) -> Result<(Group, crat
     let u = -center / center.length();
     let v = across - u * u.dot(across);
     let v = v / v.length();
-    let section = SectionPlane { u, v, normal: u.cross(v), view: View::Oblique };
+    let section = SectionPlane { u, v, normal: u.cross(v), view: View::Oblique, rail_level: false };
     let images: Vec<(&str, DVec3)> = scene
         .depth
         .into_iter()
