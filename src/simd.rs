@@ -95,7 +95,7 @@ fn plain() -> Level {
 /// and stores of 64 bytes then lie across two lines of the cache, or none do, as the callers' frames happen to end: a
 /// change elsewhere made the city 11 % slower, the sorting into groups two times. What wants to be aligned from the start
 /// makes it the best of these, and 3 to 6 % better (city, Sponza).
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", not(fuzzing)))]
 #[inline(always)]
 pub(crate) fn align_frame() {
     #[repr(align(64))]

@@ -103,9 +103,12 @@ fn help_and_version_are_0() {
 fn missing_files_folders_and_files_outside_the_root_are_2() {
     let (_keep, folder) = folder(CAMERA);
     std::fs::create_dir(folder.join("inner")).unwrap();
-    let cases: [(&str, &[&str], &str); 4] = [
+    std::fs::write(folder.join("model.obj"), "v 0 0 0\n").unwrap();
+    let cases: [(&str, &[&str], &str); 5] = [
         ("none.toml", &[], "none.toml"),
         ("inner", &[], "folder"),
+        // A model is no scene, and can have one.
+        ("model.obj", &[], "groundglass new"),
         ("scene.toml", &["--root", "inner"], "root"),
         ("scene.toml", &["--root", "none"], "none"),
     ];

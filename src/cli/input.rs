@@ -4,7 +4,7 @@
 use super::machine;
 use super::progress::Progress;
 use super::values::Bytes;
-use groundglass::error::Result;
+use groundglass::error::{Error, Result};
 use groundglass::scene::{
     Document, Files, LoadSettings, SIZE_LIMIT, Scene, SceneDescription, SceneFile, Source,
 };
@@ -75,8 +75,14 @@ pub(super) struct Opened {
 pub(super) fn open(path: &Path, root: Option<&Path>) -> Result<Opened> {
     let name = path.display().to_string();
     let source = Recorded::new(Box::new(files(root)?) as Box<dyn Source>);
-    let named = |error: groundglass::error::Error| error.in_file(&*name);
+    let named = |error: Error| error.in_file(&*name);
     let path = source.argument(path).map_err(named)?;
+    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("obj")) {
+        return Err(named(
+            Error::invalid("is a model, and a scene or figure file (TOML) is wanted")
+                .remedy("write a scene for it to start from with `groundglass new MODEL.obj -o scene.toml`"),
+        ));
+    }
     let bytes = source.read(&path, SIZE_LIMIT as u64 + 1).map_err(named)?;
     let document = Document::from_bytes(&bytes, &name)?;
     drop(bytes);

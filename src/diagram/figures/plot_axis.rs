@@ -84,19 +84,23 @@ impl Range {
                 Scale::Linear => Self { low: low - half, high: high + half, ..range },
             };
         }
-        let [mut from, mut to] = match scale {
-            Scale::Linear => {
-                let step = step(range.low, range.high, room);
-                let [low, high] = [range.low / step, range.high / step];
-                let ends = [
-                    libm::floor(low + 1e-9 + rounding(low)) * step,
-                    libm::ceil(high - 1e-9 - rounding(high)) * step,
-                ];
-                // By rounding they may lie within the data.
-                [ends[0].min(range.low), ends[1].max(range.high)]
-            }
-            // A little more than the data, so that no marker stands on the frame.
-            Scale::Log => [round(0.93 * range.low, false), round(1.07 * range.high, true)],
+        let even = |low: f64, high: f64| {
+            let step = step(low, high, room);
+            let steps = [low / step, high / step];
+            let ends = [
+                libm::floor(steps[0] + 1e-9 + rounding(steps[0])) * step,
+                libm::ceil(steps[1] - 1e-9 - rounding(steps[1])) * step,
+            ];
+            // By rounding they may lie within the data.
+            [ends[0].min(low), ends[1].max(high)]
+        };
+        // A little more than the data, so that no marker stands on the frame.
+        let more = 0.07 * (range.high - range.low);
+        let [mut from, mut to] = match (scale, even(range.low - more, range.high + more)) {
+            (Scale::Linear, _) => even(range.low, range.high),
+            // Where values differ by less than a factor of two 1, 2 and 5 are too far apart.
+            (Scale::Log, ends) if range.high < 2.0 * range.low && ends[0] > 0.5 * range.low => ends,
+            (Scale::Log, _) => [round(0.93 * range.low, false), round(1.07 * range.high, true)],
         };
         from = given[0].unwrap_or(from);
         to = given[1].unwrap_or(to);
@@ -153,11 +157,10 @@ impl Range {
                 .unwrap_or_else(|| self.steps(room)),
         };
         let majors: Vec<f64> = majors.into_iter().filter(|&v| inside(v)).collect();
-        let mut ticks: Vec<Tick> = majors
-            .iter()
-            .zip(labels(&majors, self.scale))
-            .map(|(&value, label)| Tick { value, label })
-            .collect();
+        // In even steps they are written as such.
+        let scale = if self.high < 2.0 * self.low { Scale::Linear } else { self.scale };
+        let mut ticks: Vec<Tick> =
+            majors.iter().zip(labels(&majors, scale)).map(|(&value, label)| Tick { value, label }).collect();
         if self.scale == Scale::Log && given.is_empty() {
             for value in self.minors() {
                 if inside(value) && !majors.iter().any(|&m| (m / value - 1.0).abs() < 1e-9) {
@@ -346,6 +349,12 @@ mod tests {
         assert_eq!(majors(16.0, 4096.0, Scale::Log, 5.0), "10 100 1000");
         assert_eq!(majors(3e-7, 4e-3, Scale::Log, 6.0), "10*^{−6}* 10*^{−5}* 10*^{−4}* 10*^{−3}*");
         assert_eq!(majors(2.0, 9.0, Scale::Log, 6.0), "1 2 5 10");
+        // Less than a factor of two apart.
+        assert_eq!(majors(1.01, 1.05, Scale::Log, 6.0), "1.00 1.01 1.02 1.03 1.04 1.05 1.06");
+        assert_eq!(majors(4.0, 4.4, Scale::Log, 5.0), "4.0 4.2 4.4");
+        // Steps to 0 are none of a logarithmic axis.
+        let range = Range::holding(&[1.0, 1.9], Scale::Log, [None; 2], 1.0).unwrap();
+        assert_eq!((range.low, range.high), (0.5, 5.0));
         assert_eq!(majors(0.0, 3e7, Scale::Linear, 4.0), "0 1·10*^{7}* 2·10*^{7}* 3·10*^{7}*");
         let logs = |low: f64, high: f64| {
             let ticks = Range { low, high, scale: Scale::Log }.ticks(1.6, &[]);
