@@ -196,14 +196,15 @@ impl Folder {
 /// # Errors
 /// As for [`Folder::make`], and those of the work.
 pub(super) fn in_made<T>(folder: Option<&Path>, work: impl Fn() -> Result<T>) -> Result<(Option<Folder>, T)> {
-    for _ in 1..NAMES {
+    let mut tries = 0;
+    loop {
         let made = folder.map(Folder::make).transpose()?;
         let done = work();
-        if done.is_ok() || folder.is_none_or(Path::is_dir) {
+        tries += 1;
+        if done.is_ok() || folder.is_none_or(Path::is_dir) || tries == NAMES {
             return Ok((made, done?));
         }
     }
-    Ok((folder.map(Folder::make).transpose()?, work()?))
 }
 
 impl Drop for Folder {

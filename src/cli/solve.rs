@@ -178,23 +178,19 @@ fn refuse(arguments: &Arguments, file: &str, focus: &Focus, why: Unsolvable) -> 
             miss_m: why.nearest.as_ref().map(|nearest| nearest.miss),
         })?;
     }
-    let mut remedy = match &why.nearest {
-        None => why.remedy(),
-        Some(nearest) => {
-            let [x, y, z, e] = optics_json::plane(nearest.plane);
-            // What rounding left of a zero.
-            let [x, y, z] = [x, y, z].map(|v| if v.abs() < 1e-15 { 0.0 } else { v });
-            // Without signs of zeros.
-            let [px, py, pz] = [x, y, z].map(|v| 0.0 - e * v);
-            format!(
-                "the nearest parallel plane that can be sharp lies {} away: \
-                 --plane \"{px},{py},{pz};{x},{y},{z}\" (front {}; rear {})",
-                optics_words::length(nearest.miss),
-                optics_words::movements(&nearest.camera.front),
-                optics_words::movements(&nearest.camera.rear),
-            )
-        }
-    };
+    let mut remedy = why.remedy();
+    if let Some(nearest) = &why.nearest {
+        let [x, y, z, e] = optics_json::plane(nearest.plane);
+        // What rounding left of a zero.
+        let [x, y, z] = [x, y, z].map(|v| if v.abs() < 1e-15 { 0.0 } else { v });
+        // Without signs of zeros.
+        let [px, py, pz] = [x, y, z].map(|v| 0.0 - e * v);
+        remedy.push_str(&format!(
+            ": --plane \"{px},{py},{pz};{x},{y},{z}\" (front {}; rear {})",
+            optics_words::movements(&nearest.camera.front),
+            optics_words::movements(&nearest.camera.rear),
+        ));
+    }
     if arguments.upright {
         remedy.push_str("; without --upright more can be had");
     }

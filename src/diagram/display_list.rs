@@ -249,7 +249,7 @@ pub struct Group {
     pub part: Option<&'static str>,
     /// Set when the group is a panel. Panels do not nest.
     pub panel: Option<PanelFrame>,
-    /// The part lies wholly off its panel, and why: `beyond`, `at-infinity`, `parallel`, `not-cut`, `thin`, `no-room`.
+    /// The part lies wholly off its panel, and why: `beyond`, `at-infinity`, `parallel`, `not-cut`, `thin`, `needless`, `no-room`.
     pub off_page: Option<&'static str>,
     /// Numbers of what is drawn, each under a name that begins with `data-`.
     pub data: Vec<(&'static str, String)>,

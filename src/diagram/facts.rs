@@ -32,6 +32,7 @@ pub(crate) fn lines(scene: &Scene, circle: f64) -> Vec<String> {
 /// The description of the file: whole sentences, no markup.
 pub(crate) fn describe(scene: &Scene, circle: f64) -> String {
     let view = match scene.section.view {
+        View::Side if scene.section.rail_level => "Side view, rail level,",
         View::Side => "Side view",
         View::Top => "Top view",
         View::Oblique => "Oblique section",
@@ -98,10 +99,16 @@ fn depth(scene: &Scene) -> Option<String> {
 }
 
 /// Where sharpness begins and ends along the axis, metres; it may end at infinity.
-pub(crate) fn limits(scene: &Scene, depth: &DepthOfField) -> Option<[f64; 2]> {
+fn limits(scene: &Scene, depth: &DepthOfField) -> Option<[f64; 2]> {
     let crossing = |plane| scene.optics.axis_crossing(plane).filter(|&t| t > 0.0);
     let near = crossing(depth.near)?;
     Some(crossing(depth.far).map_or([near, f64::INFINITY], |far| [near.min(far), near.max(far)]))
+}
+
+/// Whether all is sharp along the axis from somewhere on.
+pub(crate) fn is_sharp_to_infinity(scene: &Scene) -> bool {
+    let limits = scene.depth.and_then(|depth| limits(scene, &depth));
+    limits.is_some_and(|[_, far]| far == f64::INFINITY)
 }
 
 fn rules(scene: &Scene) -> Vec<String> {

@@ -23,7 +23,7 @@
 //! | `scale`, `scale-bar` | a panel's scale in words and drawn; `panel-title`: its words alone |
 //! | `title`, `caption`, `paper` | words about the figure, its ground |
 //! | `angle`, `right-angle` | an angle's arc, the mark of a right one |
-//! | `blur-contour` | where the exact blur has the size `data-blur`, metres, or `data-circles` circles of confusion; `difference` marks a point, with `data-percent` |
+//! | `blur-contour` | where the exact blur has the size `data-blur`, metres, or `data-circles` circles of confusion; `difference` marks a point, with `data-percent`; `picture-edge`: rays from the film's ends through the lens centre |
 //! | `merklinger-near`, `-far`, `untilted-near`, `-far` | limits as textbooks have them |
 //! | `limit-ray`, `limit-image`, `circle-of-confusion`, `chief-ray` | the limits' cones of light at the film, enlarged |
 //! | `lens-sample`, `lens-axes`, `aperture-circle` | points of the aperture, its axes, the circle about its blades |
@@ -40,7 +40,7 @@
 //! and `error-bar`. Heat maps (`kind = "heat-map"`) are such charts side by side; each has `cells` with `data-series`.
 //!
 //! `data-off-page` says why a part's group is empty: `beyond` the panel's frame, `behind` the lens or its front focal plane and
-//! along them (a far limit beyond infinity), `at-infinity`, `parallel` to the section, `not-cut` by it, `thin`: too thin to be seen; of a `label`, `no-room` for the words in `data-words`.
+//! along them (a far limit beyond infinity), `at-infinity`, `parallel` to the section, `not-cut` by it, `thin`: too thin to be seen, `needless`: no larger than elsewhere; of a `label`, `no-room` for the words in `data-words`.
 //!
 //! The name of a plane seen edge-on runs along its trace. In a panel nothing carries `transform`, so such a label is made of
 //! turned outlines; with `--text text` it is a `label` that follows its panel, and its `<text>` carries the turn.
@@ -139,7 +139,7 @@ impl Figure {
                 )
             }
             "wedge" if why == "thin" => format!("the wedge{whose} is too thin to be drawn"),
-            "camera-panel" if why == "thin" => {
+            "camera-panel" if why == "needless" => {
                 "a panel of the camera alone would show it no larger: none is drawn".to_owned()
             }
             "some-points" => "points lie off the chart".to_owned(),
@@ -222,7 +222,9 @@ impl Figure {
 fn beyond(items: &[Item]) -> Vec<(&'static str, &'static str, String)> {
     let (mut off, mut on) = (Vec::new(), Vec::new());
     walk(items, &mut |group| match (group.part, group.off_page) {
-        (Some(part), Some(why @ ("beyond" | "thin" | "not-cut"))) => off.push((part, why, camera_of(group))),
+        (Some(part), Some(why @ ("beyond" | "thin" | "needless" | "not-cut"))) => {
+            off.push((part, why, camera_of(group)))
+        }
         (Some(part), None) => on.push((part, camera_of(group))),
         _ => {}
     });

@@ -220,14 +220,11 @@ pub(crate) fn wedge(scene: &Scene, canvas: &mut Canvas, role: Role) {
     polygon = clip_half(&polygon, |p| -panel.evaluate(far, p));
     if polygon.len() < 3 || area(&polygon) < 0.01 {
         let is_behind = [near, far].iter().all(|&limit| lies_behind(limit, front));
-        // Of what is on the page, less than a line is wide.
-        let is_thin = polygon.len() >= 3;
-        let why = if is_behind {
-            "behind"
-        } else if is_thin {
-            "thin"
-        } else {
-            "beyond"
+        let why = match polygon.len() {
+            _ if is_behind => "behind",
+            0..3 => "beyond",
+            // On the page, and narrower than a line.
+            _ => "thin",
         };
         canvas.group(Group::off_page("wedge", why));
         return;

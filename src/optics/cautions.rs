@@ -55,22 +55,17 @@ impl Optics {
         let is_behind = self.axis_crossing(self.focus_plane()).is_some_and(|along| along < 0.0);
         // No film point has its sharp point before the lens, or at infinity.
         let is_nowhere = matches!(self.far_end(), (None, [least, _]) if least > 0.0);
-        match (is_behind, is_nowhere) {
+        let caution = match (is_behind, is_nowhere) {
             (true, true) => {
-                list.push(
-                    "the focus plane crosses the lens axis behind the lens: nothing in the picture is sharp"
-                        .to_owned(),
-                );
+                "the focus plane crosses the lens axis behind the lens: nothing in the picture is sharp"
             }
-            (true, false) => list.push("the focus plane crosses the lens axis behind the lens".to_owned()),
+            (true, false) => "the focus plane crosses the lens axis behind the lens",
             (false, true) => {
-                list.push(
-                    "nothing in the picture is sharp: the film sees the focus plane behind the lens alone"
-                        .to_owned(),
-                );
+                "nothing in the picture is sharp: the film sees the focus plane behind the lens alone"
             }
-            (false, false) => {}
-        }
+            (false, false) => return list,
+        };
+        list.push(caution.to_owned());
         list
     }
 }

@@ -79,24 +79,27 @@ impl Optics {
             let distance = Self::new(&camera).ok()?.focus_plane().distance(far_end).abs();
             distance.is_finite().then_some(distance)
         };
-        let turned = |s: Standard, change: &dyn Fn(Standard) -> Camera| {
-            let by = |angle: Angle, step: f64| Angle::degrees(angle.as_degrees() + step);
-            // Toward zero, so that the changed standard faces forwards too; or away, where that takes the plane to infinity.
-            let first = |angle: Angle| {
-                if angle.as_degrees() > 0.0 { -Sensitivity::ANGLE } else { Sensitivity::ANGLE }
-            };
-            let either = |first: f64, turn: &dyn Fn(f64) -> Standard| {
-                moved(change(turn(first))).or_else(|| moved(change(turn(-first))))
-            };
-            let tilt = either(first(s.tilt), &|step| Standard { tilt: by(s.tilt, step), ..s })?;
-            Some([tilt, either(first(s.swing), &|step| Standard { swing: by(s.swing, step), ..s })?])
+        // Toward zero, so that the changed standard faces forwards too; or away, where that takes the plane to infinity.
+        let either = |angle: Angle, turned: &dyn Fn(Angle) -> Camera| {
+            let step = if angle.as_degrees() > 0.0 { -Sensitivity::ANGLE } else { Sensitivity::ANGLE };
+            [step, -step]
+                .into_iter()
+                .find_map(|step| moved(turned(Angle::degrees(angle.as_degrees() + step))))
         };
-        let camera = self.camera;
+        let camera @ Camera { front, rear, .. } = self.camera;
+        let of_front = |front| Camera { front, ..camera };
+        let of_rear = |rear| Camera { rear, ..camera };
         Some(Sensitivity {
             far_end,
             runs_out: weights[0] <= 0.0 && weights[1] >= 0.0,
-            front: turned(camera.front, &|front| Camera { front, ..camera })?,
-            rear: turned(camera.rear, &|rear| Camera { rear, ..camera })?,
+            front: [
+                either(front.tilt, &|tilt| of_front(Standard { tilt, ..front }))?,
+                either(front.swing, &|swing| of_front(Standard { swing, ..front }))?,
+            ],
+            rear: [
+                either(rear.tilt, &|tilt| of_rear(Standard { tilt, ..rear }))?,
+                either(rear.swing, &|swing| of_rear(Standard { swing, ..rear }))?,
+            ],
             extension: self.moved_by_extension(far_end),
         })
     }

@@ -228,11 +228,11 @@ mod tests {
         let want = at(1024.0).ratio;
         assert!((trend.ratio_of(0.5 * at(256.0).true_rms) / want - 1.0).abs() < 1e-12);
         assert!((trend.ratio_of(at(16.0).true_rms) / at(16.0).ratio - 1.0).abs() < 1e-12);
-        // More than in proportion counts as in proportion; no more time, or no less error, tells nothing.
         // What the converged picture is wrong by is in all differences.
         let with = |row: Measured| Measured { true_rms: libm::hypot(row.true_rms, 0.003), ..row };
         let found = Trend::of(&with(at(64.0)), &with(at(256.0)), 0.003).unwrap();
         assert!((found.power - 0.5).abs() < 1e-9 && (found.error - trend.error).abs() < 1e-12);
+        // More than in proportion counts as in proportion; no more time, or no less error, tells nothing.
         let dear = Trend::of(&at(64.0), &row(256.0, 0.1 / 16.0, 8.0), 0.0).unwrap();
         assert!((dear.ratio_of(0.1 / 32.0) / 32.0 - 1.0).abs() < 1e-12);
         assert!(Trend::of(&at(64.0), &row(256.0, 0.1 / 16.0, 1.0), 0.0).is_none());

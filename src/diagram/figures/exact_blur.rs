@@ -198,11 +198,12 @@ fn differences(scene: &Scene, canvas: &mut Canvas, circle: f64) {
             if canvas.panel.evaluate(front, p) <= 0.0 {
                 continue;
             }
-            let Some(blur) = scene.optics.blur_of(point(scene, canvas, p)) else { continue };
+            let object = point(scene, canvas, p);
+            let Some(blur) = scene.optics.blur_of(object) else { continue };
             let percent = 100.0 * (blur.largest / circle - 1.0);
             let percent = if percent.abs() < 1e-6 { 0.0 } else { percent };
             let color = scene.theme.depth.line;
-            let mark = if is_in_picture(scene, point(scene, canvas, p)) {
+            let mark = if is_in_picture(scene, object) {
                 Shape::circle(p, 0.6, Some(Fill::Flat { color, opacity: 1.0 }), None)
             } else {
                 Shape::circle(p, 0.5, None, Some(solid(color, theme::MEDIUM)))

@@ -29,14 +29,12 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
     let bounds = stage::around_limits(&scene, scene.depth.as_slice())?;
     let extension = -optics.film_plane().e / optics.focal_length();
     let untilted = optics.untilted_limits(circle);
-    let limits = scene.depth.and_then(|depth| facts::limits(&scene, &depth));
-    let to_infinity = limits.is_some_and(|[_, far]| far == f64::INFINITY);
     let sentences = [
         format!(
             "What is sharp to *c* = {}{}: the exact contour; the wedge, exact for one diameter of the blur; {}Merklinger's limits, \
              {}, since they take the film to stand at *f*{}.",
             length(circle),
-            if to_infinity { ", here to infinity" } else { "" },
+            if facts::is_sharp_to_infinity(&scene) { ", here to infinity" } else { "" },
             if untilted.is_some() { "" } else { "and " },
             wider(extension),
             if untilted.is_some() {

@@ -299,7 +299,7 @@ impl<'a> SideView<'a> {
             scene.bundles = rays::bundles(&scene, &alone);
             sheet.push(parts::panel(&scene, alone, Role::Whole, "main", None)?);
             if self.inset == Inset::Always {
-                let why = if is_needless { "thin" } else { "beyond" };
+                let why = if is_needless { "needless" } else { "beyond" };
                 sheet.push(Group::off_page("camera-panel", why));
             }
             sheet.strip(&alone, view, false)?;

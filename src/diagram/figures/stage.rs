@@ -236,8 +236,9 @@ const LEAST_HIGH: f64 = 25.0;
 
 /// What a panel shows, and from where it is seen, unless that is from the side.
 pub(crate) fn seen(scene: &Scene, words: &str) -> String {
-    match scene.section.name() {
-        name if name == View::Side.name() => words.to_owned(),
+    let section = &scene.section;
+    match section.name() {
+        _ if section.view == View::Side && !section.rail_level => words.to_owned(),
         name if words.is_empty() => name.to_owned(),
         name => format!("{words}, {name}"),
     }

@@ -69,13 +69,10 @@ pub(crate) fn draw(input: &Input) -> Result<Figure> {
         None => "Lens and film are parallel: the limits are parallel too, their hinge line is at infinity."
             .to_owned(),
     };
-    let to_infinity = |optics: &Optics| {
-        let one = stage.scene_of(optics);
-        one.depth.and_then(|depth| facts::limits(&one, &depth)).is_some_and(|[_, far]| far == f64::INFINITY)
-    };
     let listed: Vec<String> = (numbers.iter().zip(&all).rev())
         .map(|(n, optics)| {
-            let how_far = if to_infinity(optics) { " (to infinity)" } else { "" };
+            let how_far =
+                if facts::is_sharp_to_infinity(&stage.scene_of(optics)) { " (to infinity)" } else { "" };
             format!("*f*/{}{how_far}", short(*n))
         })
         .collect();
