@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
+use glam::DVec2;
 use groundglass::error::{Error, ErrorKind, Result, Warning};
 use groundglass::scene::{
     AssetLoader, LoadSettings, Memory, Model, Progress, Scene, SceneDescription, Source, parse,
@@ -157,6 +158,48 @@ fn names_with_a_hash_are_one_material_each() -> Result<()> {
     // Two names that differ behind the sign, and a third; one name with a comment, and with another.
     assert_eq!(colours(&named(["a #1", "a #2"]), &["a #1", "a #3"])?, (vec![red, none], 1));
     assert_eq!(colours(&named(["a # old", "b"]), &["a # new", "b # or c"])?, (vec![red, green], 0));
+    Ok(())
+}
+
+#[test]
+fn each_map_lies_where_its_own_options_say() -> Result<()> {
+    let corners = [DVec2::ZERO, DVec2::X, DVec2::Y];
+    let load = |options: [&str; 2], far: f64| {
+        let vt: String = corners.iter().map(|uv| format!("vt {} {}\n", uv.x + far, uv.y)).collect();
+        let obj = format!("mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{vt}f 1/1 2/2 3/3\n");
+        let mtl = format!("newmtl a\nmap_Kd {} t.png\nmap_d {} t.png\n", options[0], options[1]);
+        let files = Memory::new()
+            .with("scene/a.obj", text(obj))
+            .with("scene/a.mtl", text(mtl))
+            .with("scene/t.png", png([1; 4]));
+        load(&files, "a.obj")
+    };
+    for (options, first, second) in [
+        (["-s 2 2 -o 0.25 0", "-s 3 1 -o 0 0.5"], [(2.0, 0.25), (2.0, 0.0)], [(3.0, 0.0), (1.0, 0.5)]),
+        (["", "-s 0 -1 -o 7 0.5"], [(1.0, 0.0), (1.0, 0.0)], [(0.0, 7.0), (-1.0, 0.5)]),
+        (["-o 0.5", "-o 0.5"], [(1.0, 0.5), (1.0, 0.0)], [(1.0, 0.5), (1.0, 0.0)]),
+    ] {
+        for far in [0.0, 5000.0] {
+            let (model, warnings) = load(options, far)?;
+            assert!(warnings.is_empty(), "{warnings:?}");
+            for (i, corner) in model.triangles[0].texcoords.into_iter().zip(corners) {
+                let uv = model.texcoords[i as usize].as_dvec2();
+                let at = corner + DVec2::new(far, 0.0);
+                let lies =
+                    |of: [(f64, f64); 2]| DVec2::new(of[0].0 * at.x + of[0].1, of[1].0 * at.y + of[1].1);
+                // But for whole repeats, which do not show.
+                let off = |a: DVec2, b: DVec2| (a - b - (a - b).round()).abs().max_element();
+                let mapping = model.materials[0].opacity_mapping;
+                assert!(off(uv, lies(first)) < 1e-3, "{options:?}, {far}: {uv}");
+                assert!(off(mapping.at(uv), lies(second)) < 2e-3, "{options:?}, {far}: {uv}");
+            }
+        }
+    }
+    let (_, warnings) = load(["-s 0 1", "-s 2 2"], 0.0)?;
+    assert_eq!(
+        warnings,
+        ["a.mtl:3: `map_d` is placed by the options of `map_Kd`: a scale of 0 leaves it none of its own"]
+    );
     Ok(())
 }
 

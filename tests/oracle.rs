@@ -4,13 +4,13 @@ mod common;
 
 use common::extremes::{self, Extreme};
 use common::oracle;
-use common::scenes::{ALIGNED, Random, Setting, camera, eight_bits, palette, scene, yard};
-use glam::DVec3;
+use common::scenes::{ALIGNED, Random, Setting, camera, eight_bits, noise, palette, scene, yard};
+use glam::{DVec2, DVec3};
 use groundglass::camera::Camera;
 use groundglass::picture::{Allocation, Exposure};
 use groundglass::quantity::Angle;
 use groundglass::render::{Execution, SimdLevel, render, replay};
-use groundglass::scene::{Blades, Budget, Level, Patches, Scene, Surfaces, Texture};
+use groundglass::scene::{Blades, Budget, Level, Mapping, Patches, Scene, Surfaces, Texture};
 use std::sync::Arc;
 
 fn compare(name: &str, scene: &Scene) {
@@ -160,6 +160,34 @@ fn shadows_equal_the_oracle() {
                 sun.toward = toward;
                 compare(&format!("{name}, sun of {degrees} degrees, N = {samples}"), &scene);
             }
+        }
+    }
+}
+
+#[test]
+fn holes_that_lie_elsewhere_than_colours_equal_the_oracle() {
+    for (at, (name, setting)) in settings().into_iter().enumerate() {
+        let mut random = Random(at as u64 + 120);
+        let mut surfaces = yard(&mut random, 60);
+        let sheet = &mut surfaces.materials[2];
+        if at % 2 == 0 {
+            sheet.diffuse_map = Some(Arc::new(noise(&mut random, 64, false)));
+        }
+        sheet.opacity_map = Some(Arc::new(noise(&mut random, 16, true)));
+        sheet.opacity_mapping = Mapping { scale: DVec2::new(1.7, -0.6), offset: DVec2::new(0.3, 5.1) };
+        let camera = camera(DVec3::new(0.3, 1.2, 2.5), DVec3::new(0.0, 0.9, -3.0), 150.0, setting);
+        let drawn = |scene: &Scene| render(scene, Execution::default()).unwrap().0;
+        for (shadows, samples) in [(false, 3), (false, 16), (true, 16)] {
+            let mut scene = scene(&camera, surfaces.clone(), 40, samples);
+            scene.surfaces.build_hierarchy();
+            scene.sun.as_mut().unwrap().shadows = shadows;
+            compare(&format!("{name}, shadows {shadows}, N = {samples}"), &scene);
+            let own = drawn(&scene);
+            scene.surfaces.materials[2].opacity_mapping = Mapping::IDENTITY;
+            assert!(
+                own.rms_difference(&drawn(&scene), 0.0) > 0.005,
+                "{name}: where the holes lie is not seen"
+            );
         }
     }
 }

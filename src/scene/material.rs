@@ -3,9 +3,41 @@
 use std::sync::Arc;
 
 use super::texture::Texture;
+use glam::DVec2;
 
 /// Diffuse reflectance where neither the OBJ nor the MTL says anything.
 const DEFAULT_DIFFUSE: f32 = 0.8;
+
+/// Where a picture lies on a surface: its coordinates are `scale uv + offset`, repeats of the picture, v up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mapping {
+    /// `-s` of a map.
+    pub scale: DVec2,
+    /// `-o` of a map.
+    pub offset: DVec2,
+}
+
+impl Mapping {
+    /// Where nothing is said.
+    pub const IDENTITY: Self = Self { scale: DVec2::ONE, offset: DVec2::ZERO };
+
+    /// The picture's coordinates.
+    pub fn at(&self, uv: DVec2) -> DVec2 {
+        self.scale * uv + self.offset
+    }
+
+    /// What gives these coordinates from those of another mapping; none where that one forgets some.
+    pub(crate) fn after(&self, other: &Self) -> Option<Self> {
+        let scale = self.scale / other.scale;
+        Some(Self { scale, offset: self.offset - scale * other.offset })
+            .filter(|m| m.scale.is_finite() && m.offset.is_finite())
+    }
+
+    /// Whether whole repeats of the coordinates are whole repeats of the picture.
+    pub(crate) fn keeps_repeats(&self) -> bool {
+        self.scale == self.scale.round()
+    }
+}
 
 /// How a surface looks.
 ///
@@ -23,6 +55,8 @@ pub struct Material {
     pub diffuse_map: Option<Arc<Texture>>,
     /// `map_d`: its opacity is texel component 3.
     pub opacity_map: Option<Arc<Texture>>,
+    /// Where `map_d` lies by the coordinates that place `map_Kd`.
+    pub opacity_mapping: Mapping,
     /// `d`, or 1 - `Tr`: the share of rays that meet the surface.
     pub coverage: f32,
 }
@@ -36,6 +70,7 @@ impl Material {
             emission: [0.0; 3],
             diffuse_map: None,
             opacity_map: None,
+            opacity_mapping: Mapping::IDENTITY,
             coverage: 1.0,
         }
     }
@@ -61,15 +96,21 @@ impl Material {
                 (Some(opacity), Some(map)) if opacity.has_holes => {
                     self.diffuse_map = Some(Arc::new(map.white()))
                 }
-                (_, Some(map)) => self.opacity_map = Some(map),
+                (_, Some(map)) => {
+                    self.opacity_map = Some(map);
+                    self.opacity_mapping = Mapping::IDENTITY;
+                }
                 (_, None) => {}
             }
         }
     }
 
-    /// The maps whose alpha decides where light passes through.
-    pub(crate) fn holed_maps(&self) -> impl Iterator<Item = &Arc<Texture>> {
-        [&self.diffuse_map, &self.opacity_map].into_iter().flatten().filter(|map| map.has_holes)
+    /// The maps whose alpha decides where light passes through, and where they lie.
+    pub(crate) fn holed_maps(&self) -> impl Iterator<Item = (&Arc<Texture>, Mapping)> {
+        let maps = [(&self.diffuse_map, Mapping::IDENTITY), (&self.opacity_map, self.opacity_mapping)];
+        maps.into_iter()
+            .filter_map(|(map, mapping)| Some((map.as_ref()?, mapping)))
+            .filter(|(map, _)| map.has_holes)
     }
 
     /// Whether anything is read from a picture.

@@ -58,7 +58,7 @@ pub use file::{SceneFile, parse};
 pub(crate) use hierarchy::DEPTH;
 pub use hierarchy::Hierarchy;
 pub use load::{LoadSettings, MeshSummary, PictureSettings, Scene};
-pub use material::Material;
+pub use material::{Mapping, Material};
 pub use mesh::{Model, NONE, Triangle};
 pub use patches::Patches;
 pub use reading::Progress;

@@ -6,10 +6,12 @@
 
 use std::fmt::Write as _;
 
+use super::material::Mapping;
 use super::normalize::{in_other_case, miswritten, shown};
 use super::text::{Statement, number, readings, squeezed, statements};
 use super::warnings::Warnings;
 use crate::error::{Error, Result};
+use glam::DVec2;
 
 /// A picture that a material names.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,10 +20,8 @@ pub(crate) struct Map {
     pub(crate) name: String,
     /// Line, from 1.
     pub(crate) line: usize,
-    /// `-s`: u and v are multiplied by it.
-    pub(crate) scale: [f64; 2],
-    /// `-o`: then added to them.
-    pub(crate) offset: [f64; 2],
+    /// Where it lies by the model's coordinates.
+    pub(crate) mapping: Mapping,
 }
 
 /// One material as written, its numbers checked.
@@ -44,7 +44,7 @@ impl Entry {
     /// Whether it looks otherwise than one in the same folder.
     pub(crate) fn differs(&self, other: &Self) -> bool {
         let colours = |entry: &Self| (entry.diffuse, entry.emission, entry.coverage);
-        let map = |map: &Option<Map>| map.as_ref().map(|map| (map.name.clone(), map.scale, map.offset));
+        let map = |map: &Option<Map>| map.as_ref().map(|map| (map.name.clone(), map.mapping));
         let maps = |entry: &Self| [map(&entry.diffuse_map), map(&entry.opacity_map)];
         colours(self) != colours(other) || maps(self) != maps(other)
     }
@@ -196,7 +196,7 @@ impl Work<'_> {
 
     fn map(&mut self, statement: &Statement<'_>) {
         let keyword = statement.keyword();
-        let mut map = Map { name: String::new(), line: statement.line, scale: [1.0; 2], offset: [0.0; 2] };
+        let mut map = Map { name: String::new(), line: statement.line, mapping: Mapping::IDENTITY };
         let mut rest = statement.rest();
         while let Some((option, after)) = rest.starts_with('-').then(|| first_word(rest)) {
             let most = match option {
@@ -244,11 +244,11 @@ impl Work<'_> {
         }
         let shows = match option {
             "-s" => {
-                map.scale = [number(0, 1.0), number(1, 1.0)];
+                map.mapping.scale = DVec2::new(number(0, 1.0), number(1, 1.0));
                 false
             }
             "-o" => {
-                map.offset = [number(0, 0.0), number(1, 0.0)];
+                map.mapping.offset = DVec2::new(number(0, 0.0), number(1, 0.0));
                 false
             }
             "-t" => (0..3).any(|at| number(at, 0.0) != 0.0),
@@ -333,10 +333,10 @@ mod tests {
         assert_eq!(warnings, 0);
         let map = list[0].diffuse_map.as_ref().expect("a map");
         assert_eq!(
-            (map.name.as_str(), map.line, map.scale, map.offset),
-            ("my tex.png", 2, [2.0, 3.0], [0.5, 0.0])
+            (map.name.as_str(), map.line, map.mapping.scale, map.mapping.offset),
+            ("my tex.png", 2, DVec2::new(2.0, 3.0), DVec2::new(0.5, 0.0))
         );
         let map = list[0].opacity_map.as_ref().expect("a map");
-        assert_eq!((map.name.as_str(), map.scale), ("4k.png", [2.0, 1.0]));
+        assert_eq!((map.name.as_str(), map.mapping.scale), ("4k.png", DVec2::new(2.0, 1.0)));
     }
 }

@@ -10,6 +10,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
+use super::material::Mapping;
 use super::mesh::{NONE, Triangle};
 use super::normalize::{Face, Normalized};
 use super::triangulate::{WORK_PER_FILE, triangulate};
@@ -21,10 +22,12 @@ use crate::error::{Error, Result};
 pub(crate) struct Target {
     /// Index of the model's material.
     pub(crate) material: u32,
-    /// Scale and offset of its maps, unless they change nothing.
-    pub(crate) mapping: Option<([f64; 2], [f64; 2])>,
+    /// Where its maps lie, unless that changes nothing.
+    pub(crate) mapping: Option<Mapping>,
     /// Whether it has a map.
     pub(crate) textured: bool,
+    /// Whether whole repeats may be left out of its coordinates, which keeps digits.
+    pub(crate) near: bool,
 }
 
 /// A model without its materials.
@@ -144,7 +147,7 @@ pub(crate) fn build(
             }
             corners.push(position);
         }
-        let Target { material, mapping, textured } = target(face.material);
+        let Target { material, mapping, textured, near } = target(face.material);
         if textured && !face.texcoords {
             let message =
                 || "a face has no texture coordinates; its material's texture is not seen".to_owned();
@@ -153,12 +156,11 @@ pub(crate) fn build(
         let normals = attributes.normals_of(face, mesh, range.clone(), file, warnings);
         texcoords.clear();
         if let Some(list) = attributes.texcoords_of(face, mesh, range, file, warnings) {
-            let (scale, offset) = mapping.unwrap_or(([1.0; 2], [0.0; 2]));
             let uv = |index: u32| {
                 let uv = attributes.texcoords.get(index as usize).copied().flatten()?;
-                Some(uv * DVec2::from(scale) + DVec2::from(offset))
+                Some(mapping.unwrap_or(Mapping::IDENTITY).at(uv))
             };
-            let far = far_repeats(list.iter().filter_map(|&index| uv(index)));
+            let far = if near { far_repeats(list.iter().filter_map(|&index| uv(index))) } else { [0; 2] };
             if mapping.is_none() && far == [0; 2] {
                 texcoords.extend_from_slice(list);
             } else {
@@ -285,14 +287,14 @@ mod tests {
     use super::*;
     use crate::scene::normalize::normalize;
 
-    fn run(text: &str, mapping: Option<([f64; 2], [f64; 2])>) -> Result<(Geometry, usize)> {
+    fn run(text: &str, mapping: Option<Mapping>) -> Result<(Geometry, usize)> {
         let mut warnings = Warnings::default();
         let bytes = text.as_bytes();
         let (normalized, mesh) =
             read(|out| normalize(bytes, "a.obj", &mut warnings, u64::MAX, &|_| (), out))?;
         let geometry = build(
             (&normalized, &mesh),
-            |_| Target { material: 0, mapping, textured: false },
+            |_| Target { material: 0, mapping, textured: false, near: true },
             "a.obj",
             &mut warnings,
         )?;
@@ -334,7 +336,8 @@ mod tests {
 
     #[test]
     fn map_scale_and_offset_are_applied() -> Result<()> {
-        let (g, _) = run(&format!("{SQUARE}f 1/1 2/2 3/3 4/4\n"), Some(([2.0, 3.0], [0.5, 0.0])))?;
+        let mapping = Mapping { scale: DVec2::new(2.0, 3.0), offset: DVec2::new(0.5, 0.0) };
+        let (g, _) = run(&format!("{SQUARE}f 1/1 2/2 3/3 4/4\n"), Some(mapping))?;
         let uv = g.triangles[0].texcoords.map(|i| g.texcoords[i as usize]);
         assert_eq!(uv, [Vec2::new(0.5, 0.0), Vec2::new(2.5, 0.0), Vec2::new(2.5, 3.0)]);
         Ok(())
@@ -348,7 +351,7 @@ mod tests {
             (5000.0, None),
             (-1e6, None),
             (1e9, None),
-            (3000.0, Some(([1.0; 2], [1e7, 0.0]))),
+            (3000.0, Some(Mapping { offset: DVec2::new(1e7, 0.0), ..Mapping::IDENTITY })),
         ] {
             let vertices = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
             let vt = |u: f64, v: f64| format!("vt {} {}\n", far + u, v - far);

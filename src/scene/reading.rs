@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::digest::{self, Digest};
 use super::library::{Chosen, Written, choose, read_libraries};
-use super::material::Material;
+use super::material::{Mapping, Material};
 use super::mesh::{Model, NONE};
 use super::mtl::Map;
 use super::normalize::{Normalized, normalize};
@@ -57,8 +57,8 @@ pub(crate) struct Parts {
 #[derive(Default)]
 pub(crate) struct Looks {
     pub(crate) materials: Vec<Material>,
-    /// Scale and offset of the maps of each.
-    pub(crate) mappings: Vec<Option<([f64; 2], [f64; 2])>>,
+    /// Where the maps of each lie, unless that changes nothing.
+    pub(crate) mappings: Vec<Option<Mapping>>,
     /// Distinct files of textures.
     pub(crate) files: usize,
 }
@@ -72,23 +72,30 @@ impl Looks {
         warnings: &mut Warnings,
     ) {
         let entry = &written.entry;
-        let mapping =
-            |map: &Option<(Arc<Texture>, &Map)>| map.as_ref().map(|(_, map)| (map.scale, map.offset));
         let [diffuse_map, opacity_map] = maps;
-        let (first, second) = (mapping(&diffuse_map), mapping(&opacity_map));
-        if let (Some(a), Some(b), Some((_, map))) = (first, second, &opacity_map)
-            && a != b
+        let mapping = |map: &Option<(Arc<Texture>, &Map)>| map.as_ref().map(|(_, map)| map.mapping);
+        let first = mapping(&diffuse_map).or(mapping(&opacity_map)).unwrap_or(Mapping::IDENTITY);
+        let mut opacity_mapping = Mapping::IDENTITY;
+        if let Some((_, map)) = &opacity_map
+            && map.mapping != first
         {
-            let message = || "`map_d` is placed by the options of `map_Kd`, not its own".to_owned();
-            warnings.add(&written.file, Some(map.line), "two mappings", message);
+            opacity_mapping = map.mapping.after(&first).unwrap_or_else(|| {
+                let message = || {
+                    "`map_d` is placed by the options of `map_Kd`: a scale of 0 leaves it none of its own"
+                        .to_owned()
+                };
+                warnings.add(&written.file, Some(map.line), "two mappings", message);
+                Mapping::IDENTITY
+            });
         }
-        self.mappings.push(first.or(second).filter(|&mapping| mapping != ([1.0; 2], [0.0; 2])));
+        self.mappings.push(Some(first).filter(|&mapping| mapping != Mapping::IDENTITY));
         self.materials.push(Material {
             name: entry.names.last().cloned().unwrap_or_default(),
             diffuse: entry.diffuse.unwrap_or(Material::diffuse_without_kd(diffuse_map.is_some())),
             emission: entry.emission,
             diffuse_map: diffuse_map.map(|(texture, _)| texture),
             opacity_map: opacity_map.map(|(texture, _)| texture),
+            opacity_mapping,
             coverage: entry.coverage.unwrap_or(1.0),
         });
     }
@@ -175,9 +182,14 @@ impl Parts {
                 material,
                 mapping: looks.mappings.get(material as usize).copied().flatten(),
                 textured: looks.materials.get(material as usize).is_some_and(Material::has_map),
+                near: looks
+                    .materials
+                    .get(material as usize)
+                    .is_none_or(|m| m.opacity_mapping.keeps_repeats()),
             })
             .collect();
-        let plain = Target { material: looks.materials.len() as u32, mapping: None, textured: false };
+        let plain =
+            Target { material: looks.materials.len() as u32, mapping: None, textured: false, near: true };
         let target = |index: u32| {
             targets.get(index as usize).copied().filter(|target| target.material != NONE).unwrap_or(plain)
         };

@@ -8,14 +8,14 @@
 
 use super::Shader;
 use super::coordinates::Coordinates;
-use super::filter::{self, Choice};
+use super::filter::{self, Anchor, Choice};
 use super::gather::holes;
 use super::look::{Bilinear4, Look};
 use super::texels::of_first;
 use crate::raster::kernel::Hit;
 use crate::raster::view::Batch;
 use crate::sampling::{chance, hash};
-use crate::scene::Texture;
+use crate::scene::{Mapping, Texture};
 use crate::simd::at_level;
 use fearless_simd::{Level, Simd, SimdBase, f32x16};
 use glam::Vec2;
@@ -34,8 +34,12 @@ impl Shader<'_> {
     ) {
         let material = &self.materials[look.material as usize];
         if let Some(functions) = &look.texture {
-            for map in material.holed_maps() {
-                at_level!(level, simd => solid(simd, map, (look, functions), batch, hits, &corner));
+            for (map, mapping) in material.holed_maps() {
+                let place = match &look.opacity {
+                    Some(opacity) if mapping != Mapping::IDENTITY => (&opacity.functions, opacity.anchor),
+                    _ => (functions, look.anchor),
+                };
+                at_level!(level, simd => solid(simd, map, place, batch, hits, &corner));
             }
         }
         if material.coverage < 1.0 {
@@ -59,7 +63,7 @@ impl Shader<'_> {
 fn solid<S: Simd>(
     simd: S,
     map: &Texture,
-    (look, functions): (&Look, &Bilinear4),
+    (functions, anchor): (&Bilinear4, Anchor),
     batch: &Batch,
     hits: &mut [Hit],
     corner: &impl Fn(u16) -> Vec2,
@@ -75,7 +79,7 @@ fn solid<S: Simd>(
         while rest != 0 {
             let (level, same) = of_first(simd, levels, rest);
             rest &= !same;
-            if let Some(choice) = Choice::alpha(map, level, look.anchor) {
+            if let Some(choice) = Choice::alpha(map, level, anchor) {
                 hit.lanes &= !holes(simd, choice, at, same);
             }
         }

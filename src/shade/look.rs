@@ -8,18 +8,28 @@
 
 use super::filter::Anchor;
 use super::sun::SurfacePlane;
+use crate::scene::Mapping;
 use glam::{DVec2, DVec3, DVec4, Vec3, Vec4};
 
 /// Coefficients of `1, u, v, x, xu, xv, y, yu, yv`, four functions side by side.
 pub(crate) type Bilinear4 = [Vec4; 9];
 
+/// Texture coordinates right and down from an anchor, and 1, each times the sum of the edge functions.
+#[derive(Clone, Debug)]
+pub(crate) struct Placed {
+    pub functions: Bilinear4,
+    pub anchor: Anchor,
+}
+
 /// See the module.
 #[derive(Clone, Debug)]
 pub(crate) struct Look {
     pub material: u32,
-    /// Texture coordinates right and down from `anchor`, and 1, each times the sum of the edge functions.
+    /// As [`Placed`] from `anchor`.
     pub texture: Option<Bilinear4>,
     pub anchor: Anchor,
+    /// Where `map_d` lies by itself: seldom.
+    pub opacity: Option<Box<Placed>>,
     /// The normal times that sum; for flat triangles `face` counts.
     pub normal: Option<Bilinear4>,
     pub face: Vec3,
@@ -40,6 +50,8 @@ pub(crate) struct LookParts {
     /// Texture coordinates of the corners, where a texture shows, and normals, where it has some.
     pub texcoords: Option<[DVec2; 3]>,
     pub normals: Option<[Vec3; 3]>,
+    /// Where `map_d` lies by them, if elsewhere.
+    pub opacity: Option<Mapping>,
 }
 
 impl LookParts {
@@ -79,25 +91,28 @@ impl Look {
                 (corner[0] * edges[0][k] + corner[1] * edges[1][k] + corner[2] * edges[2][k]).as_vec4()
             })
         };
-        let &LookParts { material, texcoords, normals, .. } = parts;
-        let mut anchor = [0; 2];
-        let texture = texcoords.map(|t| {
+        let &LookParts { material, texcoords, normals, opacity, .. } = parts;
+        let placed = |t: [DVec2; 3]| {
             let weights = DVec3::new(edges[0][0], edges[1][0], edges[2][0]);
             let center = (t[0] * weights.x + t[1] * weights.y + t[2] * weights.z) / weights.element_sum();
             let [low, high] = parts.range(t);
             let center = if center.is_finite() { center.clamp(low, high) } else { low };
             // Down is against v. A 256th is exact in single precision, and so is what is left of the corners.
             let start = (DVec2::new(center.x, 1.0 - center.y) * 256.0).round();
-            anchor = (start - (start / 256.0).floor() * 256.0).to_array().map(|part| part as u32 & 255);
+            let anchor = (start - (start / 256.0).floor() * 256.0).to_array().map(|part| part as u32 & 255);
             let start = start / 256.0;
-            sum(t.map(|uv| DVec4::new(uv.x - start.x, (1.0 - uv.y) - start.y, 1.0, 0.0)))
-        });
+            let functions = sum(t.map(|uv| DVec4::new(uv.x - start.x, (1.0 - uv.y) - start.y, 1.0, 0.0)));
+            Placed { functions, anchor }
+        };
+        let texture = texcoords.map(placed);
+        let elsewhere = |mapping: Mapping| Some(Box::new(placed(texcoords?.map(|uv| mapping.at(uv)))));
         // Equal normals make a flat triangle: nothing to interpolate.
         let flat = normals.filter(|[a, b, c]| a == b && b == c);
         Self {
             material,
-            texture,
-            anchor,
+            anchor: texture.as_ref().map_or([0; 2], |texture| texture.anchor),
+            texture: texture.map(|texture| texture.functions),
+            opacity: opacity.and_then(elsewhere),
             normal: normals.filter(|_| flat.is_none()).map(|n| sum(n.map(|n| n.as_dvec3().extend(0.0)))),
             face: match flat {
                 Some([n, ..]) => n,

@@ -42,7 +42,7 @@ pub(crate) use sight::Sight;
 pub(crate) use sun::ShadowSun;
 pub(crate) use texels::LookUps;
 
-use crate::scene::{Material, NONE, Sky, Sun, Surfaces};
+use crate::scene::{Mapping, Material, NONE, Sky, Sun, Surfaces};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -99,7 +99,8 @@ impl<'a> Shader<'a> {
         .then(|| attributes.texcoords.map(|i| self.surfaces.texcoords[i as usize].as_dvec2()));
         let normals =
             (attributes.normals[0] != NONE).then(|| attributes.normals.map(|i| self.normals[i as usize]));
-        LookParts { triangle, material: attributes.material, corners, seen, texcoords, normals }
+        let opacity = Some(material.opacity_mapping).filter(|&mapping| mapping != Mapping::IDENTITY);
+        LookParts { triangle, material: attributes.material, corners, seen, texcoords, normals, opacity }
     }
 
     /// What all samples that see a surface in a tile share. `edges` are the functions there of the triangle that stands for it.

@@ -202,10 +202,11 @@ const SUNWARD: u64 = 0x5u64 << 60;
 
 /// Whether light passes at these texture coordinates.
 fn is_hole(material: &Material, uv: DVec2) -> bool {
-    // Right and down from the left top corner, without whole turns.
-    let at = DVec2::new(uv.x, 1.0 - uv.y);
-    let at = (at - at.floor()).as_vec2();
-    material.holed_maps().any(|map| {
+    material.holed_maps().any(|(map, mapping)| {
+        // Right and down from the left top corner, without whole turns.
+        let uv = mapping.at(uv);
+        let at = DVec2::new(uv.x, 1.0 - uv.y);
+        let at = (at - at.floor()).as_vec2();
         Choice::alpha(map, 0, [0, 0]).is_some_and(|choice| choice.read(Vec2::new(at.x, at.y)).w < 0.5)
     })
 }

@@ -313,6 +313,7 @@ mod tests {
             material: 0,
             texture: Some(functions),
             anchor: [77, 200],
+            opacity: None,
             normal: None,
             face: Vec3::Z,
             lit: [Vec3::ONE; 2],

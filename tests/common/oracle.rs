@@ -9,7 +9,7 @@
 use glam::{DMat3, DVec2, DVec3};
 use groundglass::optics::{Projection, Ray};
 use groundglass::sampling::{self, ApertureShape, Diffraction};
-use groundglass::scene::{Budget, NONE, Scene, Texture};
+use groundglass::scene::{Budget, Mapping, NONE, Scene, Texture};
 use std::sync::{Arc, Mutex};
 
 /// A pixel's mean, and how many of its samples lie so near to an edge, or two surfaces so near to each
@@ -171,11 +171,10 @@ fn texel_alpha(scene: &Scene, t: usize, w: DVec3) -> f64 {
     }
     let [a, b, c] = attributes.texcoords.map(|i| scene.surfaces.texcoords[i as usize].as_dvec2());
     let uv = a * w.x + b * w.y + c * w.z;
-    [&material.diffuse_map, &material.opacity_map]
-        .into_iter()
-        .flatten()
-        .map(|map| bilinear(map, 0, uv).0[3])
-        .fold(1.0, f64::min)
+    let of =
+        |map: &Option<Arc<Texture>>, uv: DVec2| map.as_ref().map_or(1.0, |map| bilinear(map, 0, uv).0[3]);
+    let Mapping { scale, offset } = material.opacity_mapping;
+    of(&material.diffuse_map, uv).min(of(&material.opacity_map, uv * scale + offset))
 }
 
 /// Where the line through the lens point of a projection and a point of the film meets the plane of triangle `t`; none where the
@@ -342,10 +341,14 @@ fn shade(
 fn alpha(scene: &Scene, hit: &Hit) -> f64 {
     let material = &scene.surfaces.materials[scene.surfaces.attributes[hit.triangle].material as usize];
     let Some((uv, dx, dy)) = coordinates(scene, hit) else { return 1.0 };
-    let of = |map: &Option<std::sync::Arc<Texture>>| {
-        map.as_ref().map_or(1.0, |map| bilinear(map, level_of(map, dx, dy, 0.25).0, uv).0[3])
+    let of = |map: &Option<Arc<Texture>>, scale: DVec2, offset: DVec2| {
+        map.as_ref().map_or(1.0, |map| {
+            let level = level_of(map, scale * dx, scale * dy, 0.25).0;
+            bilinear(map, level, scale * uv + offset).0[3]
+        })
     };
-    of(&material.diffuse_map).min(of(&material.opacity_map))
+    let Mapping { scale, offset } = material.opacity_mapping;
+    of(&material.diffuse_map, DVec2::ONE, DVec2::ZERO).min(of(&material.opacity_map, scale, offset))
 }
 
 fn coordinates(scene: &Scene, hit: &Hit) -> Option<(DVec2, DVec2, DVec2)> {

@@ -6,8 +6,8 @@ use groundglass::optics::Optics;
 use groundglass::quantity::{Angle, FNumber, Length};
 use groundglass::sampling::PointSet;
 use groundglass::scene::{
-    Attributes, Budget, EffectChoice, Level, Material, NONE, PictureSettings, Scene, Sky, Sun, Surfaces,
-    Texture,
+    Attributes, Budget, EffectChoice, Level, Mapping, Material, NONE, PictureSettings, Scene, Sky, Sun,
+    Surfaces, Texture,
 };
 use std::sync::Arc;
 
@@ -114,6 +114,7 @@ pub fn plain(diffuse: [f32; 3]) -> Material {
         emission: [0.0; 3],
         diffuse_map: None,
         opacity_map: None,
+        opacity_mapping: Mapping::IDENTITY,
         coverage: 1.0,
     }
 }

@@ -2,7 +2,7 @@
 
 use super::tree::{Hit, Tree, meet};
 use glam::{DVec2, DVec3};
-use groundglass::scene::{NONE, Scene, Texture};
+use groundglass::scene::{Mapping, NONE, Scene, Texture};
 use std::f64::consts::SQRT_2;
 
 /// How colours are read from a texture.
@@ -96,12 +96,14 @@ fn shade(
 fn alpha(scene: &Scene, hit: &Hit, place: impl Fn() -> Option<Place>, pixel: Option<f64>) -> f64 {
     let material = &scene.surfaces.materials[scene.surfaces.attributes[hit.triangle].material as usize];
     let maps =
-        [&material.diffuse_map, &material.opacity_map].map(|map| map.as_deref().filter(|map| map.has_holes));
+        [(&material.diffuse_map, Mapping::IDENTITY), (&material.opacity_map, material.opacity_mapping)];
+    let maps = maps.map(|(map, mapping)| Some((map.as_deref().filter(|map| map.has_holes)?, mapping)));
     if maps == [None, None] {
         return 1.0;
     }
-    let Some(place) = place() else { return 1.0 };
-    let read = |map: &Texture| {
+    let Some([at, dx, dy]) = place() else { return 1.0 };
+    let read = |(map, mapping): (&Texture, Mapping)| {
+        let place = [mapping.at(at), mapping.scale * dx, mapping.scale * dy];
         let level = pixel.map_or(0.0, |pixel| level(map, pixel * width(map, &place)));
         bilinear(map, level as usize, place[0])[3]
     };
