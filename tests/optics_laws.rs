@@ -4,7 +4,7 @@
 use glam::{DMat3, DVec3};
 use groundglass::camera::{Aperture, Camera, FilmSize, Standard};
 use groundglass::geometry::{HomogeneousPoint, Line, Plane};
-use groundglass::optics::{Adjust, FocusTarget, Optics, solve, upright};
+use groundglass::optics::{Adjust, FocusTarget, Limit, Optics, solve, upright};
 use groundglass::quantity::{Angle, FNumber, Length};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -272,6 +272,25 @@ fn one_camera() -> Camera {
     }
 }
 
+/// Of a level camera with an upright film the hinge line of a level plane lies as far below or above the lens as the plane does, and no
+/// nearer than the focal length.
+#[test]
+fn the_nearest_plane_that_can_be_had_is_the_nearest_on_either_side() {
+    let rail = Camera::rail_frame(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y).unwrap();
+    let camera = Camera { rail, rear: Standard::default(), ..one_camera() };
+    for (height, up) in [(-0.1, 1.0), (-0.1, -1.0), (0.1, 1.0), (0.1, -1.0)] {
+        let target =
+            FocusTarget::Plane { point: DVec3::new(3.0, height, -7.0), normal: DVec3::new(0.0, up, 0.0) };
+        let why = solve(&camera, &target, Adjust::Front).unwrap_err();
+        let nearest = why.nearest.expect("a plane that can be had");
+        assert_eq!(why.limit, Limit::HingeTooNear);
+        assert!((nearest.miss - 0.05).abs() < 1e-6, "{height}, {up}: {} m", nearest.miss);
+        let Plane { m, e } = nearest.plane.normalized();
+        let (slope, found) = (m.x.abs().max(m.z.abs()), -e / m.y);
+        assert!(slope < 1e-12 && (found - 1.5 * height).abs() < 1e-6, "{height}, {up}: {found} m");
+    }
+}
+
 #[test]
 fn what_is_up_has_no_length_and_no_sign() {
     let camera = one_camera();
@@ -298,7 +317,7 @@ fn cameras_without_film_place_or_near_distance_have_no_optics() {
         assert!(Optics::new(&film).is_err(), "film of {side} mm");
     }
     let mut near = one_camera();
-    for distance in [-1.0, f64::NAN, f64::INFINITY] {
+    for distance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         near.near = Length::millimetres(distance);
         assert!(Optics::new(&near).is_err(), "{distance} mm");
     }

@@ -87,8 +87,8 @@ impl Optics {
             return Err(Error::invalid("the sides of the film must be positive").at_key("camera.film_mm"));
         }
         let near = camera.near.as_metres();
-        if !(near >= 0.0 && near.is_finite()) {
-            return Err(Error::invalid("the near distance must not be negative").at_key("camera.near_m"));
+        if !(near > 0.0 && near.is_finite()) {
+            return Err(Error::invalid("the near distance must be positive").at_key("camera.near_m"));
         }
         let Pose { origin, axes } = camera.rail;
         // Of what is not finite no such thing holds.

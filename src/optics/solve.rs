@@ -40,8 +40,10 @@ pub enum Adjust {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Limit {
-    /// The three points lie on one line; or the plane's normal, or what is up, is zero; or they are not finite.
+    /// The three points lie on one line; or the plane's normal is zero; or they are not finite.
     NoPlane,
+    /// What is up is zero or not finite; or the film would face backwards to be parallel to it.
+    Upright,
     /// The wanted plane passes through the lens centre.
     ThroughLens,
     /// The hinge line would lie nearer to the lens than the focal length (`J < f`).
@@ -94,6 +96,7 @@ impl Unsolvable {
             (None, Limit::NoPlane) => {
                 "give three points that are not on one line, or a normal that is not zero".to_owned()
             }
+            (None, Limit::Upright) => "give another direction for up, or turn the camera".to_owned(),
             (None, Limit::NoRealImage) => {
                 "ask for what lies farther away than the focal length, or move the camera".to_owned()
             }
@@ -135,7 +138,7 @@ pub fn solve(camera: &Camera, target: &FocusTarget, adjust: Adjust) -> Result<Ca
 /// [`Unsolvable`] when the film would face backwards, or `up` has no direction.
 pub fn upright(camera: &Camera, up: DVec3) -> Result<Camera, Unsolvable> {
     let Some(up) = unit(up) else {
-        return Err(fail(Limit::NoPlane, "up has no direction: it is zero, or not finite".into()));
+        return Err(fail(Limit::Upright, "up has no direction: it is zero, or not finite".into()));
     };
     let u = camera.rail.vector_inverse(up);
     let u = if u.y < 0.0 { -u } else { u };
@@ -146,7 +149,7 @@ pub fn upright(camera: &Camera, up: DVec3) -> Result<Camera, Unsolvable> {
     if rear.rotation().z_axis.z > 0.0 {
         Ok(Camera { rear, ..*camera })
     } else {
-        Err(fail(Limit::Backwards, "the film would have to face backwards to stand parallel to up".into()))
+        Err(fail(Limit::Upright, "the film would have to face backwards to stand parallel to up".into()))
     }
 }
 
