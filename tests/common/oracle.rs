@@ -308,7 +308,7 @@ fn shade(
         let [a, b, c] = surfaces.corners(hit.triangle);
         (b - a).cross(c - a).normalize()
     } else {
-        let [a, b, c] = attributes.normals.map(|i| surfaces.normals[i as usize].as_dvec3());
+        let [a, b, c] = attributes.normals.map(|i| surfaces.normals[i as usize].as_dvec3().normalize());
         (a * w.x + b * w.y + c * w.z).normalize()
     };
     if normal.dot(direction) > 0.0 {

@@ -149,11 +149,12 @@ pub fn shards(
         let at = center + random.point(spread);
         let first = surfaces.positions.len() as u32;
         let normals = surfaces.normals.len() as u32;
-        for _ in 0..3 {
+        // Normals of any length count alike.
+        for length in [0.2, 2.0, 5.0] {
             surfaces.positions.push(at + random.point(size));
             surfaces
                 .normals
-                .push((random.point(1.0) + DVec3::new(0.0, 0.0, 1.5)).normalize().as_vec3() * 2.0);
+                .push((random.point(1.0) + DVec3::new(0.0, 0.0, 1.5)).normalize().as_vec3() * length);
         }
         surfaces.triangles.push([first, first + 1, first + 2]);
         surfaces.attributes.push(Attributes {
@@ -181,7 +182,7 @@ pub fn yard(random: &mut Random, triangles: usize) -> Surfaces {
     quad(&mut surfaces, wall, 3.0, 1);
     // One normal at all corners, and not the face's: a flat triangle that is lit as its normals say.
     let n = surfaces.normals.len() as u32;
-    surfaces.normals.push(DVec3::new(0.3, 0.8, -0.5).normalize().as_vec3());
+    surfaces.normals.push(DVec3::new(0.3, 0.8, -0.5).normalize().as_vec3() * 3.0);
     for attributes in surfaces.attributes.iter_mut().rev().take(2) {
         attributes.normals = [n; 3];
     }

@@ -67,7 +67,7 @@ fn shade(
     let corners = surfaces.corners(hit.triangle);
     let normal = match attributes.normals {
         [NONE, ..] => (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize(),
-        normals => mix(normals.map(|i| surfaces.normals[i as usize].as_dvec3())).normalize(),
+        normals => mix(normals.map(|i| surfaces.normals[i as usize].as_dvec3().normalize())).normalize(),
     };
     let normal = if normal.dot(eye.direction) > 0.0 { -normal } else { normal };
     let mut diffuse = DVec3::from_array(material.diffuse.map(f64::from));
