@@ -12,7 +12,7 @@ use super::{interrupt, optics_words, report};
 use groundglass::error::Result;
 use groundglass::plan::RenderPlan;
 use groundglass::render::Execution;
-use groundglass::scene::{Budget, EffectName, EffectSet, Scene};
+use groundglass::scene::{Budget, EffectName, EffectSet, Patches, Scene};
 use serde::Serialize;
 
 #[derive(Debug, clap::Args)]
@@ -167,10 +167,16 @@ fn other(scene: &mut Scene, active: EffectSet, name: EffectName) -> Option<Probe
         return Some(Probe::new(scene, active.set(name, false)));
     }
     let before = (scene.render, scene.sun);
+    let is_shady = scene.surfaces.hierarchy.is_some();
+    let patches = if is_shady { Patches::default() } else { scene.surfaces.patches.clone() };
     let with = EffectArguments { with: vec![name], ..EffectArguments::default() }.apply(scene);
     let active = if name == EffectName::SoftShadows { active.set(EffectName::Shadows, true) } else { active };
-    let probe = Probe::new(scene, active.set(name, true));
+    let mut probe = Probe::new(scene, active.set(name, true));
     (scene.render, scene.sun) = before;
+    if !is_shady && scene.surfaces.hierarchy.is_some() {
+        // Of the picture without shadows other triangles are shaded together.
+        probe.keep(std::mem::replace(&mut scene.surfaces.patches, patches), scene.surfaces.hierarchy.take());
+    }
     with.is_ok().then_some(probe)
 }
 

@@ -7,7 +7,9 @@ use super::stats::median;
 use groundglass::error::{ErrorKind, Result};
 use groundglass::picture::Exposure;
 use groundglass::render::{Execution, render};
-use groundglass::scene::{Budget, EffectChoice, EffectSet, PictureSettings, Scene, Sun};
+use groundglass::scene::{
+    Budget, EffectChoice, EffectSet, Hierarchy, Patches, PictureSettings, Scene, Sun, Surfaces,
+};
 use std::time::Instant;
 
 /// Width and samples of the small pictures, which are four times as high at most.
@@ -24,6 +26,8 @@ pub(super) const TWIN: u64 = 0x9e37_79b9_7f4a_7c15;
 pub(super) struct Probe {
     settings: PictureSettings,
     sun: Option<Sun>,
+    /// What its surfaces have where the scene's have something else: which are shaded together, and what the sun's rays go by.
+    own: Option<(Patches, Option<Hierarchy>)>,
     /// Of the first two rounds, of different samples.
     pictures: Vec<Exposure>,
     /// What it took, round by round.
@@ -56,7 +60,20 @@ impl Probe {
         (settings.width, settings.height) = small(settings.width, settings.height);
         settings.budget = Budget::Samples(PROBE.1);
         settings.effects = EffectChoice { all: false, with: active, without: active.others() };
-        Self { settings, sun: scene.sun, pictures: Vec::new(), seconds: Vec::new(), is_refused: false }
+        let (pictures, seconds) = (Vec::new(), Vec::new());
+        Self { settings, sun: scene.sun, own: None, pictures, seconds, is_refused: false }
+    }
+
+    /// Its surfaces have these, not the scene's.
+    pub(super) fn keep(&mut self, patches: Patches, hierarchy: Option<Hierarchy>) {
+        self.own = Some((patches, hierarchy));
+    }
+
+    fn exchange(&mut self, surfaces: &mut Surfaces) {
+        if let Some((patches, hierarchy)) = &mut self.own {
+            std::mem::swap(patches, &mut surfaces.patches);
+            std::mem::swap(hierarchy, &mut surfaces.hierarchy);
+        }
     }
 
     fn draw(&mut self, scene: &mut Scene, round: usize, execution: Execution<'_>) -> Result<()> {
@@ -64,9 +81,13 @@ impl Probe {
         if round % 2 == 1 {
             scene.render.seed = scene.render.seed.wrapping_add(TWIN);
         }
+        self.exchange(&mut scene.surfaces);
         let start = Instant::now();
-        let (picture, _) = render(scene, execution)?;
-        self.seconds.push(start.elapsed().as_secs_f64());
+        let drawn = render(scene, execution);
+        let seconds = start.elapsed().as_secs_f64();
+        self.exchange(&mut scene.surfaces);
+        let (picture, _) = drawn?;
+        self.seconds.push(seconds);
         if round < 2 {
             self.pictures.push(picture);
         }
