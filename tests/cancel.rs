@@ -13,6 +13,7 @@ use groundglass::render::render;
 use groundglass::scene::{AssetLoader, Attributes, Files, NONE, Placement, Scene, Surfaces};
 use scenes::{Random, Setting, camera, plain, scene, yard};
 use std::path::Path;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -81,6 +82,19 @@ fn a_render_that_is_stopped_says_so() {
     let stop = AtomicBool::new(true);
     let stopped = render(&many, Execution { cancel: Some(&stop), ..Execution::default() });
     assert_eq!(stopped.unwrap_err().kind(), ErrorKind::Cancelled);
+}
+
+#[test]
+fn progress_counts_each_tile_once() {
+    let view = camera(DVec3::new(0.0, 1.0, 8.0), DVec3::new(0.0, 1.0, 0.0), 150.0, SETTING);
+    let scene = scene(&view, yard(&mut Random(2), 200), 96, 16);
+    let height = scene.render.height;
+    let (tiles, told) = (3 * height.div_ceil(32) as usize, Mutex::new(Vec::new()));
+    let tell = |done, all| told.lock().unwrap().push((done, all));
+    render(&scene, Execution { progress: Some(&tell), ..Execution::default() }).unwrap();
+    let mut told = told.into_inner().unwrap();
+    told.sort_unstable();
+    assert_eq!(told, (1..=tiles).map(|done| (done, tiles)).collect::<Vec<_>>());
 }
 
 /// A minute of wall-clock times, which a busy machine spoils: `cargo test --release --test cancel -- --ignored`.

@@ -129,6 +129,35 @@ fn optics_prints_the_contracts_json() {
     run(&folder, &["optics", "scene.toml"]).expect(0, &[]);
 }
 
+/// Of an untilted lens at extension E the plane at D = f E / (E - f) is sharp, and moves by f^2 / (E - f)^2 times what the film moves along
+/// the axis. A film that turns moves by the angle times the offset q of its point; where the lens turns the film does so in its frame, and
+/// the plane with the frame, by the angle times q D / E. Steps are 0.01 degrees and 0.01 mm.
+#[test]
+fn the_sensitivity_is_of_the_movement_that_it_names() {
+    let text = CAMERA.replace("film = \"4x5\"", "film_mm = [120.0, 96.0]").replace("152.3", "153");
+    let (_keep, folder) = folder(&text);
+    let found = &run(&folder, &["optics", "scene.toml", "--json"]).expect(0, &[]).json()["sensitivity"];
+    let end: Vec<f64> = found["far_end"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+    let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
+    assert!(near(end[0].abs(), 3.0) && near((end[1] - 1.6).abs(), 2.4) && near(end[2], 2.35), "{found}");
+    let (f, extension, width, height) = (0.15, 0.153, 0.06, 0.048);
+    let distance = f * extension / (extension - f);
+    let (turn, along) = (f64::to_radians(0.01), (f / (extension - f)) * (f / (extension - f)));
+    for (key, expected) in [
+        ("rear_tilt", turn * height * along),
+        ("rear_swing", turn * width * along),
+        ("front_tilt", turn * height * (along + distance / extension)),
+        ("front_swing", turn * width * (along + distance / extension)),
+        ("extension", distance - f * (extension + 1e-5) / (extension + 1e-5 - f)),
+    ] {
+        let value = found[key].as_f64().unwrap();
+        assert!((value / expected - 1.0).abs() < 1e-3, "{key}: {value}, not {expected}");
+    }
+    let (_keep, folder) = self::folder(&text.replace("153", "150"));
+    let found = run(&folder, &["optics", "scene.toml", "--json"]).expect(0, &[]).json();
+    assert!(found["sensitivity"].is_null(), "{found}");
+}
+
 #[test]
 fn check_prints_the_contracts_json() {
     let (_keep, folder) = folder(&format!("{CAMERA}{SMALL}scale = 2\ntranslate_m = [1, 0, 0]\n"));
@@ -199,6 +228,13 @@ fn render_writes_the_contracts_numbers() {
     shape.push(("asked", Table(asked)));
     fits("", &json, &Table(shape));
     assert_eq!((&json["width"], &json["height"], &json["threads"]), (&16.into(), &13.into(), &2.into()));
+    let seconds = |value: &Value| value.as_f64().unwrap();
+    for key in ["load_seconds", "render_seconds"] {
+        assert!(seconds(&json[key]) > 0.0, "{key}");
+    }
+    // Stages are of all threads, one after the other.
+    let all: f64 = json["stages"].as_object().unwrap().values().map(seconds).sum();
+    assert!(all > 0.0 && all <= 2.0 * seconds(&json["render_seconds"]), "{all} s of {json}");
     assert_eq!(json["samples_per_pixel"], serde_json::json!({ "mean": 8.0, "min": 8, "max": 8 }));
     assert!(json["estimated_rms_error"].as_f64().unwrap() > 0.0);
     let defocus = json["effects"].as_array().unwrap().iter().find(|e| e["effect"] == "defocus").unwrap();
@@ -346,9 +382,13 @@ fn pictures_are_8_bit_srgb_png_and_float_zip_exr_with_notes() {
         found.unwrap_or_else(|| panic!("{key} is not in {comments}")).to_owned()
     };
     let png = |key: &str| &notes.iter().find(|(name, _)| name == key).unwrap_or_else(|| panic!("{key}")).1;
-    for key in ["groundglass.scene_hash", "groundglass.camera", "groundglass.samples"] {
-        assert_eq!(&noted(key), png(key));
+    let keys = ["scene_hash", "camera", "samples", "effects", "estimated_rms_error"];
+    for key in keys.map(|key| format!("groundglass.{key}")) {
+        assert_eq!(&noted(&key), png(&key));
     }
+    let error = stats["estimated_rms_error"].as_f64().unwrap();
+    assert_eq!(noted("groundglass.estimated_rms_error"), format!("{error:.6}"));
+    assert_eq!(noted("groundglass.effects"), "as the scene asks; left out as too small to be seen: defocus");
     assert_eq!(noted("groundglass.scene_hash"), stats["scene_hash"].as_str().unwrap());
     assert_eq!(noted("groundglass.samples"), "2");
     assert!(noted("groundglass.camera").contains("extension 152.3 mm"));

@@ -187,6 +187,16 @@ fn what_has_no_solution_says_which_limit_and_what_can_be_had() {
         let json = answer.expect(2, &["scene.toml", target[0]]).json();
         assert_eq!((&json["solved"], &json["limit"]), (&false.into(), &limit.into()), "{target:?}: {json}");
         assert_eq!(json["miss_m"].is_number(), nearest, "{json}");
+        if limit == "HingeTooNear" {
+            // Offered are the movements that have another plane sharp, which lies as far from what was asked for as is said.
+            let plane = &json["focus_plane"];
+            let number = |value: &Value| value.as_f64().unwrap();
+            let [n, e] = [number(&plane[1]), number(&plane[3])];
+            assert!((n.abs() - 1.0).abs() < 1e-9, "{json}");
+            let away = (-e / n - 3.5).abs();
+            assert!((away - 0.05).abs() < 1e-6 && (number(&json["miss_m"]) - away).abs() < 1e-9, "{json}");
+            assert!(number(&json["front"]["tilt_deg"]).abs() > 1.0, "{json}");
+        }
         assert!(!folder.join("new.toml").exists());
         if nearest {
             // The plane offered can be had: the remedy names it as it must be asked for.

@@ -42,6 +42,38 @@ fn wanted_samples() -> u64 {
         .map_or(60_000_000, |n| n as u64)
 }
 
+/// Of surfaces that lie in one place the one that comes first is seen, large and sharp or small and far out of focus.
+#[test]
+fn of_equal_depths_the_first_is_seen() {
+    let mut random = Random(31);
+    let eye = DVec3::new(0.2, 0.4, 3.0);
+    let loose = Setting { front: [0.0; 2], rear: [0.0; 2], f_number: 0.7, stretch: 1.6, rise: 0.0 };
+    let small: Vec<Triangle> = (0..300)
+        .map(|_| {
+            let at = random.point(0.8);
+            [0; 3].map(|_| at + random.point(0.02))
+        })
+        .collect();
+    let large = vec![[DVec3::new(-1.0, -0.6, 0.0), DVec3::new(1.0, -0.5, 0.3), DVec3::new(0.1, 0.9, -0.4)]];
+    for (name, setting, mesh) in [("large", ALIGNED, large), ("small", loose, small)] {
+        let camera = camera(eye, DVec3::ZERO, 60.0, setting);
+        for samples in [1, N] {
+            let alone: Vec<_> = mesh.iter().map(|&t| (t, 0)).collect();
+            let alone = counts(&camera, &alone, 160, samples);
+            assert!(total(&alone, 0) > 100, "{name}");
+            for first in [0, 1] {
+                let both: Vec<_> = mesh.iter().flat_map(|&t| [(t, first), (t, 1 - first)]).collect();
+                let both = counts(&camera, &both, 160, samples);
+                assert_eq!(total(&both, 1 - first), 0, "{name}, {first}, N = {samples}");
+                assert!(
+                    both.iter().zip(&alone).all(|(both, alone)| both[first] == alone[0]),
+                    "{name}, {first}"
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn no_background_is_seen_inside_a_closed_mesh() {
     let (wanted, mut taken, mut at) = (wanted_samples(), 0u64, 0u64);

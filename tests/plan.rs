@@ -10,7 +10,7 @@ use glam::DVec3;
 use groundglass::plan::RenderPlan;
 use groundglass::quantity::{Angle, Length};
 use groundglass::render::{Execution, render};
-use groundglass::scene::{Blades, Budget, EffectChoice, EffectName, Scene, Surfaces};
+use groundglass::scene::{Blades, Budget, EffectChoice, EffectName, Level, Scene, Surfaces, Texture};
 use groundglass::{Camera, Exposure, FilmSize, Optics};
 use program::{CAMERA, SMALL, folder, run};
 
@@ -613,6 +613,45 @@ fn each_effect_can_be_left_out() {
         assert!(!RenderPlan::new(&scene).active().has(name));
         assert!(gap(&with, &draw(&scene)) > 0.002, "{name} makes no difference");
     }
+}
+
+/// Without holes they are filled, without textures a surface has their mean.
+#[test]
+fn what_is_left_out_is_replaced_by_what_is_stated() {
+    let camera = camera(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 150.0, ALIGNED);
+    let wall =
+        |z: f64| [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)].map(|(x, y)| DVec3::new(x, y, z));
+    let texture = |texels: [[u16; 4]; 2]| {
+        let level = Level { width: 2, height: 1, texels: texels.to_vec() };
+        Some(std::sync::Arc::new(Texture::from_level(level).unwrap()))
+    };
+    let with = |surfaces: Surfaces, without: Option<EffectName>| {
+        let mut scene = scene(&camera, surfaces, 24, 16);
+        scene.sun = None;
+        scene.sky.ambient = DVec3::ONE;
+        scene.render.effects = EffectChoice { without: without.into_iter().collect(), ..Default::default() };
+        let picture = draw(&scene);
+        let pixels = (0..picture.height()).flat_map(|y| (0..24).map(move |x| (x, y)));
+        pixels.flat_map(|(x, y)| picture.pixel(x, y)).map(f64::from).collect::<Vec<_>>()
+    };
+    let all = |values: &[f64], expected: f64| values.iter().all(|value| (value - expected).abs() < 1e-4);
+
+    // A black pane that is nothing but a hole, before a lamp.
+    let mut holed = Surfaces { materials: vec![plain([0.0; 3]), plain([0.0; 3])], ..Default::default() };
+    holed.materials[0].emission = [1.0; 3];
+    holed.materials[1].opacity_map = texture([[u16::MAX, 0, 0, 0]; 2]);
+    quad(&mut holed, wall(-1.0), 1.0, 0);
+    quad(&mut holed, wall(0.0), 1.0, 1);
+    assert!(all(&with(holed.clone(), None), 1.0));
+    assert!(all(&with(holed, Some(EffectName::Holes)), 0.0));
+
+    let mut textured = Surfaces { materials: vec![plain([1.0; 3])], ..Default::default() };
+    textured.materials[0].diffuse_map =
+        texture([[0x4000, 0x4000, 0x4000, u16::MAX], [0xc000, 0xc000, 0xc000, u16::MAX]]);
+    quad(&mut textured, wall(0.0), 9.0, 0);
+    let seen = with(textured.clone(), None);
+    assert!(seen.iter().any(|&value| value < 0.3) && seen.iter().any(|&value| value > 0.7));
+    assert!(all(&with(textured, Some(EffectName::Textures)), 0.5));
 }
 
 #[test]
