@@ -51,7 +51,7 @@ fn of_equal_depths_the_first_is_seen() {
     let small: Vec<Triangle> = (0..300)
         .map(|_| {
             let at = random.point(0.8);
-            [0; 3].map(|_| at + random.point(0.02))
+            [0; 3].map(|_| at + random.point(0.06))
         })
         .collect();
     let large = vec![[DVec3::new(-1.0, -0.6, 0.0), DVec3::new(1.0, -0.5, 0.3), DVec3::new(0.1, 0.9, -0.4)]];
@@ -60,7 +60,7 @@ fn of_equal_depths_the_first_is_seen() {
         for samples in [1, N] {
             let alone: Vec<_> = mesh.iter().map(|&t| (t, 0)).collect();
             let alone = counts(&camera, &alone, 160, samples);
-            assert!(total(&alone, 0) > 100, "{name}");
+            assert!(total(&alone, 0) > 40 * u64::from(samples), "{name}: {}", total(&alone, 0));
             for first in [0, 1] {
                 let both: Vec<_> = mesh.iter().flat_map(|&t| [(t, first), (t, 1 - first)]).collect();
                 let both = counts(&camera, &both, 160, samples);
