@@ -55,7 +55,7 @@
 //! (scene.render.width, scene.render.height) = (32, 40);
 //! scene.render.budget = Budget::Samples(16); // or MaxError(0.005)
 //! let (exposure, _) = render(&scene, Execution::default())?;
-//! let rows: Vec<u8> = exposure.to_srgb8(0.0); // red, green, blue, from the top left
+//! let rows: Vec<u8> = exposure.to_srgb8(scene.render.exposure_ev); // red, green, blue, from the top left
 //! assert_eq!(rows.len(), 32 * 40 * 3);
 //! # Ok::<(), groundglass::Error>(())
 //! ```

@@ -4,7 +4,7 @@
 use glam::{DMat3, DVec3};
 use groundglass::camera::{Aperture, Camera, FilmSize, Standard};
 use groundglass::geometry::{HomogeneousPoint, Line, Plane};
-use groundglass::optics::{Adjust, FocusTarget, Limit, Optics, solve, upright};
+use groundglass::optics::{Adjust, DepthOfField, FocusTarget, Limit, Optics, solve, upright};
 use groundglass::quantity::{Angle, FNumber, Length};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -321,6 +321,29 @@ fn cameras_without_film_place_or_near_distance_have_no_optics() {
         near.near = Length::millimetres(distance);
         assert!(Optics::new(&near).is_err(), "{distance} mm");
     }
+    for broken in [f64::NAN, f64::INFINITY] {
+        let mut moved = one_camera();
+        moved.front.rise = Length::metres(broken);
+        assert!(Optics::new(&moved).is_err());
+        let mut turned = one_camera();
+        turned.rear.swing = Angle::degrees(broken);
+        assert!(Optics::new(&turned).unwrap_err().to_string().contains("finite"));
+    }
+    for focal in [f64::NAN, 0.0, -0.15] {
+        let broken = Camera { focal_length: Length::metres(focal), ..one_camera() };
+        let why = solve(&broken, &FocusTarget::Distance(3.0), Adjust::Front).unwrap_err();
+        assert_eq!(
+            (why.limit, upright(&broken, DVec3::Y).unwrap_err().limit),
+            (Limit::Camera, Limit::Camera)
+        );
+    }
+    let optics = Optics::new(&one_camera()).unwrap();
+    for c in [f64::NAN, -1e-4, f64::INFINITY] {
+        assert!(optics.depth_of_field(c).is_none() && optics.merklinger_limits(c).is_none());
+        assert!(optics.untilted_limits(c).is_none());
+    }
+    let DepthOfField { near, far } = optics.depth_of_field(0.0).unwrap();
+    assert!(near == far && optics.untilted_limits(0.0).is_none());
     let mut placed = one_camera();
     placed.rail.origin.y = f64::NAN;
     assert!(Optics::new(&placed).is_err());

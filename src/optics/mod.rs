@@ -32,7 +32,7 @@ pub use solve::{Adjust, FocusTarget, Limit, Nearest, Unsolvable, solve, upright}
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::geometry::{HomogeneousPoint, Line, Plane, Pose};
-use crate::quantity::Length;
+use crate::quantity::{Angle, Length};
 use glam::{DMat3, DVec3};
 
 /// The near and far limits of depth of field.
@@ -66,8 +66,8 @@ impl Optics {
     ///
     /// # Errors
     /// [`crate::error::ErrorKind::NoSolution`] when a standard faces backwards, or the extension is not positive and
-    /// finite; [`crate::error::ErrorKind::Invalid`] when the focal length or a side of the film is not, when the near distance is not
-    /// finite or is negative, and when the rail has no place or its axes are not those of a right-handed frame.
+    /// finite; [`crate::error::ErrorKind::Invalid`] when the focal length, a side of the film or the near distance is not, when
+    /// a movement is not finite, and when the rail has no place or its axes are not those of a right-handed frame.
     pub fn new(camera: &Camera) -> Result<Self> {
         let f = camera.focal_length.as_metres();
         if !(f > 0.0 && f.is_finite()) {
@@ -98,6 +98,14 @@ impl Optics {
             return Err(Error::invalid("the rail has no place, or its axes are not a right-handed frame")
                 .at_key("camera.eye_m")
                 .remedy("make it by Camera::rail_frame"));
+        }
+        for (name, standard) in [("front", &camera.front), ("rear", &camera.rear)] {
+            let slides = [standard.rise, standard.shift].map(Length::as_metres);
+            let turns = [standard.tilt, standard.swing].map(Angle::as_degrees);
+            if !slides.into_iter().chain(turns).all(f64::is_finite) {
+                return Err(Error::invalid(format!("a movement of the {name} standard is no finite number"))
+                    .at_key(format!("camera.{name}")));
+            }
         }
         let front = camera.front.rotation();
         let rear = camera.rear.rotation();
@@ -219,13 +227,13 @@ impl Optics {
         (sine > 0.0 && distance.is_finite()).then_some(distance)
     }
 
-    /// Near and far planes for a circle of confusion of diameter `c` (metres, on the film); `None`
-    /// for a pinhole.
+    /// Near and far planes for a circle of confusion of diameter `c` (metres, on the film), both the plane of sharp focus for 0; `None`
+    /// for a pinhole, and where `c` is negative or not finite.
     ///
     /// They are conjugate to the film-parallel planes at `d / (1 -+ c/A)`, with `d` the distance of the film's plane from the lens centre
     /// and `A` the aperture's diameter, and exact for the image of that diameter of the aperture which is parallel to the film.
     pub fn depth_of_field(&self, c: f64) -> Option<DepthOfField> {
-        if self.radius == 0.0 {
+        if self.radius == 0.0 || !(c >= 0.0 && c.is_finite()) {
             return None;
         }
         let ratio = c / (2.0 * self.radius);

@@ -40,6 +40,8 @@ pub enum Adjust {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Limit {
+    /// A number of the camera that is kept is not finite, or not positive where it must be.
+    Camera,
     /// The three points lie on one line; or the plane's normal is zero; or they are not finite.
     NoPlane,
     /// What is up is zero or not finite; or the film would face backwards to be parallel to it.
@@ -96,6 +98,7 @@ impl Unsolvable {
             (None, Limit::NoPlane) => {
                 "give three points that are not on one line, or a normal that is not zero".to_owned()
             }
+            (None, Limit::Camera) => "mend the camera".to_owned(),
             (None, Limit::Upright) => "give another direction for up, or turn the camera".to_owned(),
             (None, Limit::NoRealImage) => {
                 "ask for what lies farther away than the focal length, or move the camera".to_owned()
@@ -113,11 +116,13 @@ impl From<Unsolvable> for Error {
 }
 
 /// The camera with movements and extension such that `target` is in focus. Lens centre, and the
-/// standard that is not adjusted, stay as they are.
+/// standard that is not adjusted, stay as they are. A plane that lies behind the camera, or crosses no part of the picture, has such a
+/// camera too: [`Optics::cautions`](super::Optics::cautions) then says that nothing in the picture is sharp.
 ///
 /// # Errors
 /// [`Unsolvable`] says which limit stops it and what can be had instead.
 pub fn solve(camera: &Camera, target: &FocusTarget, adjust: Adjust) -> Result<Camera, Unsolvable> {
+    check(camera)?;
     if let FocusTarget::Distance(distance) = *target {
         return focus_at(camera, distance);
     }
@@ -132,11 +137,13 @@ pub fn solve(camera: &Camera, target: &FocusTarget, adjust: Adjust) -> Result<Ca
 }
 
 /// The camera with its rear standard tilted so that the film is parallel to `up` (world), as for
-/// perspective correction: verticals stay parallel in the picture. `up` has any length, and means the same as its opposite.
+/// perspective correction: verticals stay parallel in the picture. `up` has any length, and means the same as its opposite. What is sharp
+/// changes with the film: [`solve()`] for it afterwards.
 ///
 /// # Errors
 /// [`Unsolvable`] when the film would face backwards, or `up` has no direction.
 pub fn upright(camera: &Camera, up: DVec3) -> Result<Camera, Unsolvable> {
+    check(camera)?;
     let Some(up) = unit(up) else {
         return Err(fail(Limit::Upright, "up has no direction: it is zero, or not finite".into()));
     };
@@ -151,6 +158,14 @@ pub fn upright(camera: &Camera, up: DVec3) -> Result<Camera, Unsolvable> {
     } else {
         Err(fail(Limit::Upright, "the film would have to face backwards to stand parallel to up".into()))
     }
+}
+
+/// Whether there are optics of the camera but for what is solved for: extension, tilts and swings.
+fn check(camera: &Camera) -> Result<(), Unsolvable> {
+    let square = |standard: Standard| Standard { tilt: Angle::ZERO, swing: Angle::ZERO, ..standard };
+    let (front, rear) = (square(camera.front), square(camera.rear));
+    let kept = Camera { front, rear, extension: camera.focal_length, ..*camera };
+    Optics::new(&kept).map(|_| ()).map_err(|error| fail(Limit::Camera, error.message().to_owned()))
 }
 
 fn fail(limit: Limit, message: String) -> Unsolvable {

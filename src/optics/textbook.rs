@@ -9,9 +9,9 @@ impl Optics {
     /// parallel to the film, J to either side of the focus plane at the hyperfocal distance f A / c.
     ///
     /// They are [`Self::depth_of_field`] with the film's distance taken for the focal length: too wide a wedge by the ratio
-    /// of the two. `None` for a pinhole.
+    /// of the two. `None` as there.
     pub fn merklinger_limits(&self, c: f64) -> Option<DepthOfField> {
-        if self.radius == 0.0 {
+        if self.radius == 0.0 || !(c >= 0.0 && c.is_finite()) {
             return None;
         }
         let ratio = c / (2.0 * self.radius);
@@ -24,11 +24,11 @@ impl Optics {
     /// The limits of the formula for lens and film parallel, with the focus plane's distance D on the axis: planes square to
     /// the axis at D (H - f) / (H + D - 2f) and D (H - f) / (H - D), H = f A / c + f.
     ///
-    /// `None` for a pinhole, and where the focus plane does not cross the axis beyond the focal length.
+    /// `None` for a pinhole, where `c` is not positive and finite, and where the focus plane does not cross the axis beyond the focal length.
     pub fn untilted_limits(&self, c: f64) -> Option<DepthOfField> {
         let focus = self.focus_plane();
         let distance = -focus.e / focus.m.dot(self.a);
-        if self.radius == 0.0 || distance.is_nan() || distance <= self.f {
+        if self.radius == 0.0 || !(c > 0.0 && c.is_finite()) || distance.is_nan() || distance <= self.f {
             return None;
         }
         let hyperfocal = self.f * 2.0 * self.radius / c + self.f;

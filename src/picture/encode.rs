@@ -11,7 +11,7 @@ use exr::prelude::{
 };
 use std::io::{Seek, Write};
 
-/// Notes that travel in a picture file, in this order: keyword and text.
+/// Notes that travel in a picture file, in this order: keyword and text. (Those of `docs/formats.md` are the program's.)
 pub type Notes<'a> = &'a [(&'a str, String)];
 
 /// How PNGs are packed: `fdeflate`, never `flate2`, whose packed bytes depend on the back end that any other

@@ -71,7 +71,9 @@ impl FromStr for EffectName {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::ALL.into_iter().find(|effect| effect.name() == text);
-        found.ok_or_else(|| format!("the effects are {}", Self::ALL.map(Self::name).join(", ")))
+        found.ok_or_else(|| {
+            format!("there is no effect `{text}`: they are {}", Self::ALL.map(Self::name).join(", "))
+        })
     }
 }
 
@@ -125,9 +127,10 @@ impl fmt::Debug for EffectSet {
 pub struct EffectChoice {
     /// Nothing that the scene asks for is left out as too small to be seen.
     pub all: bool,
-    /// In, however small.
+    /// In, however small, where the scene asks for it: light that falls off, bends or casts shadows is asked for by keys of its own
+    /// (`falloff` and `diffraction` of [`PictureSettings`](super::PictureSettings), `shadows` of [`Sun`](super::Sun)).
     pub with: EffectSet,
-    /// Left out, whatever the scene asks for.
+    /// Left out, whatever the scene asks for, and `with` says.
     pub without: EffectSet,
 }
 

@@ -37,7 +37,7 @@ pub(crate) fn draw(scene: &Scene, canvas: &mut Canvas, wanted: Plane, stopped: &
         }
         Limit::Backwards => behind(scene, canvas, "the lens faces|backwards beyond this"),
         Limit::Extension => behind(scene, canvas, "the film stands|behind this"),
-        Limit::NoPlane | Limit::Upright => {}
+        Limit::Camera | Limit::NoPlane | Limit::Upright => {}
     }
     if let Some((a, b)) = ends {
         canvas.label(Label::new("wanted plane", theme.focus.word, along(a, b)).beside((a, b), 0.75));
