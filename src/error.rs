@@ -64,11 +64,11 @@ pub struct Place {
     pub excerpt: Option<Excerpt>,
 }
 
-/// The crate's error. It prints as `place: message; remedy`.
-#[derive(Clone, Debug)]
+/// The crate's error. It prints as `place: message; remedy`, also as `Debug`: that is what a `main` shows which returns it.
+#[derive(Clone)]
 pub struct Error(Box<Inner>);
 
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 struct Inner {
     kind: ErrorKind,
     message: String,
@@ -186,7 +186,19 @@ impl fmt::Display for Error {
     }
 }
 
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
 impl std::error::Error for Error {}
+
+impl From<std::io::Error> for Error {
+    fn from(failure: std::io::Error) -> Self {
+        Self::new(ErrorKind::Io, reason(&failure))
+    }
+}
 
 /// Something that the input asks for and that was dropped or replaced; the work goes on.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -224,6 +236,9 @@ mod tests {
             error.to_string(),
             "scene.toml:3: camera.front: unknown key `tillt_deg`; did you mean `tilt_deg`?"
         );
+        assert_eq!(format!("{error:?}"), error.to_string());
         assert_eq!(Error::invalid("zero").at_line(2).to_string(), "line 2: zero");
+        let failure = Error::from(std::io::Error::from(std::io::ErrorKind::NotFound));
+        assert_eq!((failure.kind(), failure.message()), (ErrorKind::Io, "entity not found"));
     }
 }

@@ -2,16 +2,26 @@
 
 use crate::error::{Error, ErrorKind, Result, reason};
 
+/// More are refused: starting a million takes minutes.
+const MOST: usize = 1024;
+
 /// Runs `work` on `threads` threads of its own (as many as the machine has for `None`), which end with it; where it runs
 /// on such threads already, or the platform has none, where it is.
 ///
 /// # Errors
-/// [`ErrorKind::TooLarge`] when they cannot be started: `rayon`'s own threads would panic then.
+/// [`ErrorKind::TooLarge`] when they cannot be started (`rayon`'s own threads would panic then), or there would be more than 1024.
 pub(crate) fn on_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> T + Send) -> Result<T> {
     if cfg!(target_family = "wasm") || rayon::current_thread_index().is_some() {
         return Ok(work());
     }
     let count = threads.unwrap_or(0);
+    if count > MOST {
+        return Err(Error::new(
+            ErrorKind::TooLarge,
+            format!("{count} threads: {MOST} at most can be started"),
+        )
+        .remedy("ask for as many as the machine has cores"));
+    }
     let mut handles = Vec::new();
     let builder = rayon::ThreadPoolBuilder::new().num_threads(count).spawn_handler(|thread| {
         handles.push(std::thread::Builder::new().spawn(|| thread.run())?);
@@ -44,6 +54,7 @@ mod tests {
         let count = |inner| on_threads(inner, rayon::current_num_threads);
         assert_eq!(count(Some(3))?, 3);
         assert_eq!(on_threads(Some(2), || count(Some(3)))??, 2);
+        assert_eq!(count(Some(1_000_000)).map_err(|error| error.kind()), Err(ErrorKind::TooLarge));
         Ok(())
     }
 }

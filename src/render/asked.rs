@@ -5,6 +5,7 @@ use crate::error::{Error, Result};
 use crate::picture::{Allocation, check_size};
 use crate::sampling::runs::MOST_SAMPLES;
 use crate::scene::{Budget, Scene};
+use glam::DVec3;
 
 /// The most blades of an aperture, as in scene files.
 const MOST_BLADES: u32 = 1000;
@@ -12,7 +13,7 @@ const MOST_BLADES: u32 = 1000;
 /// Whether such a picture can be.
 ///
 /// # Errors
-/// Those of [`check_size`]; [`Invalid`](crate::error::ErrorKind::Invalid) for an aperture or a budget that is none.
+/// Those of [`check_size`]; [`Invalid`](crate::error::ErrorKind::Invalid) for an aperture, a budget, light or a direction that is none.
 pub(super) fn check(scene: &Scene) -> Result<()> {
     let settings = &scene.render;
     if scene.blades.is_some_and(|blades| !(3..=MOST_BLADES).contains(&blades.count)) {
@@ -21,6 +22,7 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
             .remedy(format!("give 3 to {MOST_BLADES} blades")));
     }
     check_size(settings.width, settings.height).map_err(|error| error.at_key("render.width"))?;
+    check_numbers(scene)?;
     match settings.budget {
         Budget::Samples(samples) => samples_of(samples),
         Budget::MaxError(error) if !(error > 0.0 && error.is_finite()) => {
@@ -35,6 +37,42 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
         }
         Budget::MaxError(_) | Budget::Seconds(_) => Ok(()),
     }
+}
+
+/// Whether light and directions are what they are documented to be. (Of what is no number the error that is stated would be small.)
+fn check_numbers(scene: &Scene) -> Result<()> {
+    let wrong = |key: &str, what: &str, remedy: &str| Err(Error::invalid(what).at_key(key).remedy(remedy));
+    let is_light = |color: DVec3| color.is_finite() && color.min_element() >= 0.0;
+    let is_direction = |v: DVec3| v.is_finite() && v != DVec3::ZERO;
+    let sky = &scene.sky;
+    for (key, color) in
+        [("sky.ambient", sky.ambient), ("sky.horizon", sky.horizon), ("sky.zenith", sky.zenith)]
+    {
+        if !is_light(color) {
+            return wrong(key, "no such light", "give three finite numbers, none negative");
+        }
+    }
+    if let Some(sun) = &scene.sun {
+        if !is_light(sun.color) {
+            return wrong("sun.color", "no such light", "give three finite numbers, none negative");
+        }
+        if !is_direction(sun.toward) {
+            return wrong("sun.toward", "it has no direction", "give a vector that is finite and not zero");
+        }
+        if !(0.0..=180.0).contains(&sun.angular_diameter.as_degrees()) {
+            return wrong("sun.angular_diameter_deg", "no such disk", "give 0 to 180 degrees");
+        }
+    }
+    if !is_direction(scene.up) {
+        return wrong("camera.up", "it has no direction", "give a vector that is finite and not zero");
+    }
+    if !scene.render.exposure_ev.is_finite() {
+        return wrong("render.exposure_ev", "no such exposure", "give a finite number of stops");
+    }
+    if scene.blades.is_some_and(|blades| !blades.rotation.as_degrees().is_finite()) {
+        return wrong("camera.aperture.rotation_deg", "no such angle", "give a finite number of degrees");
+    }
+    Ok(())
 }
 
 /// The same for the numbers of samples of a picture that is made again.
@@ -64,7 +102,7 @@ mod tests {
     use crate::picture::{BlockSamples, Exposure};
     use crate::quantity::Angle;
     use crate::render::{Execution, render, replay};
-    use crate::scene::{Blades, LoadSettings, Memory, NONE, parse};
+    use crate::scene::{AssetLoader, Blades, LoadSettings, Memory, NONE, Placement, Sun, parse};
     use std::path::Path;
 
     fn scene() -> Result<Scene> {
@@ -118,6 +156,63 @@ mod tests {
             assert_eq!(refused(|scene| scene.blades = Some(blades))?.0, ErrorKind::Invalid, "{count} blades");
         }
         assert_eq!(refused(|_| ())?.1, "drawn");
+        Ok(())
+    }
+
+    #[test]
+    fn numbers_that_are_none_are_refused() -> Result<()> {
+        let sun = |change: fn(&mut Sun)| {
+            move |scene: &mut Scene| {
+                let mut sun = Sun {
+                    toward: DVec3::Y,
+                    color: DVec3::ONE,
+                    shadows: false,
+                    angular_diameter: Angle::ZERO,
+                };
+                change(&mut sun);
+                scene.sun = Some(sun);
+            }
+        };
+        assert_eq!(refused(sun(|_| ()))?.1, "drawn");
+        assert_eq!(refused(sun(|sun| sun.color.x = f64::NAN))?.0, ErrorKind::Invalid);
+        assert_eq!(refused(sun(|sun| sun.toward = DVec3::ZERO))?.0, ErrorKind::Invalid);
+        assert_eq!(refused(sun(|sun| sun.angular_diameter = Angle::degrees(-1.0)))?.0, ErrorKind::Invalid);
+        let changes: [fn(&mut Scene); 9] = [
+            |scene| scene.sky.ambient.y = -1.0,
+            |scene| scene.sky.zenith.y = f64::INFINITY,
+            |scene| scene.up = DVec3::NAN,
+            |scene| scene.render.exposure_ev = f64::NAN,
+            |scene| scene.blades = Some(Blades { count: 5, rotation: Angle::degrees(f64::NAN) }),
+            |scene| scene.surfaces.positions[1].z = f64::NAN,
+            |scene| scene.surfaces.materials[0].diffuse[1] = -1.0,
+            |scene| scene.surfaces.materials[0].emission[2] = f32::INFINITY,
+            |scene| scene.surfaces.materials[0].coverage = 1.5,
+        ];
+        for (number, change) in changes.into_iter().enumerate() {
+            assert_eq!(refused(change)?.0, ErrorKind::Invalid, "change {number}");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn what_is_added_is_drawn_or_refused() -> Result<()> {
+        let files = Memory::new().with("a.obj", b"v -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".as_slice());
+        let model = AssetLoader::new(&files, Path::new("")).load_obj("a.obj")?;
+        for shadows in [false, true] {
+            let mut scene = scene()?;
+            scene.surfaces.prepare(shadows)?;
+            scene.surfaces.add(&model, &Placement::default())?;
+            assert!(scene.surfaces.check().is_ok() && render(&scene, Execution::default()).is_ok());
+            scene.surfaces.prepare(shadows)?;
+            assert!(render(&scene, Execution::default()).is_ok());
+            scene.surfaces.triangles.pop();
+            scene.surfaces.attributes.pop();
+            let error = render(&scene, Execution::default()).err().map(|error| error.to_string());
+            assert!(error.is_some_and(|error| error.contains("Surfaces::prepare")));
+        }
+        let mut surfaces = scene()?.surfaces;
+        let far = Placement { scale: 1e200, ..Placement::default() };
+        assert!(surfaces.add(&model, &far).is_err() && surfaces.positions.len() == 3);
         Ok(())
     }
 

@@ -73,7 +73,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// samples there are.
 #[derive(Clone, Copy, Default)]
 pub struct Execution<'a> {
-    /// Worker threads; `None` for as many as the machine has. Where `rayon` runs already it is its threads that work.
+    /// Worker threads, 1024 at most; `None` for as many as the machine has. Where `rayon` runs already it is its threads that work.
     pub threads: Option<usize>,
     /// Most memory that drawing may take besides the scene, in bytes; `None` for no limit.
     pub memory: Option<u64>,
@@ -88,7 +88,7 @@ pub struct Execution<'a> {
     /// Called once, before the long part of the work, where [`MOST_FOR_ERROR`] samples of each pixel do not seem to reach the error that is
     /// asked for, with the error that they may reach.
     pub beyond_reach: Option<&'a (dyn Fn(f64) + Sync)>,
-    /// Seconds from any start: the library has no clock of its own. With one, [`Counts::stages`] is measured; a
+    /// Seconds from any start, which must go on: the library has no clock of its own. With one, [`Counts::stages`] is measured; a
     /// [`Budget::Seconds`] needs one.
     pub clock: Option<&'a (dyn Fn() -> f64 + Sync)>,
     /// Whether to keep the error of each pixel, [`Exposure::pixel_error`].
@@ -138,8 +138,8 @@ pub fn render(scene: &Scene, execution: Execution<'_>) -> Result<(Exposure, Coun
                 picture.until_error(error, &execution, counts)
             })
         }
-        Budget::Seconds(_) if execution.clock.is_none() => {
-            Err(Error::invalid("a time was asked for, and there is no clock")
+        Budget::Seconds(_) if execution.clock.is_none() || !start.is_finite() => {
+            Err(Error::invalid("a time was asked for, and there is no clock that tells it")
                 .at_key("render.time_budget_s")
                 .remedy("lend one in Execution::clock"))
         }

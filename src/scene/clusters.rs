@@ -27,6 +27,11 @@ impl Clusters {
     /// Triangles of a cluster.
     pub(crate) const SIZE: usize = 256;
 
+    /// How many there are, unless it is empty.
+    pub(super) fn count(&self) -> Option<usize> {
+        Some(self.0.len()).filter(|&count| count > 0)
+    }
+
     pub(super) fn new(surfaces: &Surfaces) -> Self {
         let of = |triangles: &[[u32; 3]]| {
             let corners = triangles.as_flattened();

@@ -24,6 +24,8 @@ pub struct Hierarchy {
     pub(crate) nodes: Vec<Node>,
     /// Numbers of triangles, leaf by leaf. Those without area are left out: no ray meets them.
     pub(crate) order: Vec<u32>,
+    /// How many there are in all.
+    pub(crate) triangles: usize,
 }
 
 /// No path from the root is longer.
@@ -101,7 +103,11 @@ impl Hierarchy {
         if !items.is_empty() {
             build(&mut items, 0, 0, &mut nodes);
         }
-        Self { nodes, order: items.iter().map(|item| item.triangle).collect() }
+        Self {
+            nodes,
+            order: items.iter().map(|item| item.triangle).collect(),
+            triangles: surfaces.triangles.len(),
+        }
     }
 }
 

@@ -25,7 +25,7 @@ pub struct Scene {
     pub optics: Optics,
     /// Shape of the aperture; `None` is a disk.
     pub blades: Option<Blades>,
-    /// The world's upward direction.
+    /// The world's upward direction, of any length but zero.
     pub up: DVec3,
     /// Diameter on the film that counts as sharp.
     pub circle_of_confusion: Length,
@@ -41,7 +41,8 @@ pub struct Scene {
     pub meshes: Vec<MeshSummary>,
     /// What was dropped or replaced while loading.
     pub warnings: Vec<Warning>,
-    /// SHA-256 of the bytes of all assets, in the scene's order.
+    /// SHA-256 of the bytes of all assets, in the scene's order; of surfaces that were made in memory nothing, so that
+    /// [`Scene::hash`] does not tell them apart: give each its own.
     pub assets_digest: [u8; 32],
 }
 
@@ -54,7 +55,8 @@ pub struct PictureSettings {
     pub height: u32,
     /// When it is good enough.
     pub budget: Budget,
-    /// Stops by which the PNG is brightened.
+    /// Stops (powers of two) by which light is brightened before it is clipped, in the PNG and wherever errors are judged; an EXR is
+    /// without.
     pub exposure_ev: f64,
     /// Whether the corners darken as they do in a camera.
     pub falloff: bool,
@@ -129,12 +131,7 @@ impl SceneDescription {
             loader = loader.with_memory(most);
         }
         let (mut surfaces, meshes) = self.place_all(&mut loader)?;
-        surfaces.find_clusters();
-        if self.sun.is_some_and(|sun| sun.shadows) {
-            surfaces.build_hierarchy();
-        } else {
-            surfaces.find_patches();
-        }
+        surfaces.prepare(self.sun.is_some_and(|sun| sun.shadows))?;
         let RenderSettings { budget, exposure_ev, falloff, diffraction, seed, .. } = self.render;
         Ok(Scene {
             optics,

@@ -65,6 +65,11 @@ impl Patches {
         self.flat || self.of.is_empty()
     }
 
+    /// Triangles that it was made from, unless it is empty.
+    pub(super) fn count(&self) -> Option<usize> {
+        Some(self.of.len()).filter(|&count| count > 0)
+    }
+
     /// The patch of triangle `t` and the triangle that stands for it.
     pub(crate) fn of(&self, t: u32) -> (u32, u32) {
         match self.of.get(t as usize) {
