@@ -3,6 +3,7 @@
 //! no optics has been solved yet.
 
 use super::document::Document;
+use super::file::SkyTable;
 use crate::camera::Camera;
 use crate::error::{Error, ErrorKind, Place, Result};
 use crate::optics::{Adjust, FocusTarget};
@@ -105,6 +106,23 @@ pub struct Sky {
     pub zenith: DVec3,
 }
 
+impl Default for Sky {
+    /// The sky of scene files that say nothing of it.
+    fn default() -> Self {
+        Self::from(&SkyTable::default())
+    }
+}
+
+impl From<&SkyTable> for Sky {
+    fn from(table: &SkyTable) -> Self {
+        Self {
+            ambient: DVec3::from_array(table.ambient),
+            horizon: DVec3::from_array(table.horizon),
+            zenith: DVec3::from_array(table.zenith),
+        }
+    }
+}
+
 /// Size and quality of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RenderSettings {
@@ -147,24 +165,29 @@ impl SceneDescription {
     /// [`ErrorKind::Invalid`] for a width of 0.
     pub fn picture_size(&self, given: Option<u32>) -> Result<(u32, u32)> {
         let width = given.unwrap_or(self.render.width);
-        let [film_width, film_height] = self.film_mm;
-        let height = (f64::from(width) * film_height / film_width + 0.5).floor().max(1.0);
-        if width == 0 {
-            return Err(Error::invalid("a picture is at least 1 pixel wide").at_key("render.width"));
-        }
-        if width > MAX_PICTURE_SIDE || height > f64::from(MAX_PICTURE_SIDE) {
-            return Err(Error::new(
-                ErrorKind::TooLarge,
-                format!(
-                    "a picture of {width} x {height} pixels; a side has at most {MAX_PICTURE_SIDE} pixels"
-                ),
-            )
-            .at(match given {
-                Some(_) => Place { file: Some(self.document.name().to_owned()), ..Place::default() },
-                None => self.document.place("render.width"),
-            })
-            .remedy("give a smaller width"));
-        }
-        Ok((width, height as u32))
+        picture_size(width, self.film_mm).map_err(|error| match (error.kind(), given) {
+            (ErrorKind::TooLarge, Some(_)) => {
+                error.at(Place { file: Some(self.document.name().to_owned()), ..Place::default() })
+            }
+            (ErrorKind::TooLarge, None) => error.at(self.document.place("render.width")),
+            _ => error,
+        })
     }
+}
+
+/// Width and height in pixels of a picture on film of this shape: see [`SceneDescription::picture_size`].
+pub(super) fn picture_size(width: u32, [film_width, film_height]: [f64; 2]) -> Result<(u32, u32)> {
+    let height = (f64::from(width) * film_height / film_width + 0.5).floor().max(1.0);
+    if width == 0 {
+        return Err(Error::invalid("a picture is at least 1 pixel wide").at_key("render.width"));
+    }
+    if width > MAX_PICTURE_SIDE || height > f64::from(MAX_PICTURE_SIDE) {
+        return Err(Error::new(
+            ErrorKind::TooLarge,
+            format!("a picture of {width} x {height} pixels; a side has at most {MAX_PICTURE_SIDE} pixels"),
+        )
+        .at_key("render.width")
+        .remedy("give a smaller width"));
+    }
+    Ok((width, height as u32))
 }

@@ -1,7 +1,7 @@
 //! From a description and its assets to a [`Scene`]: meshes loaded and placed, nothing left to look up.
 
 use super::assets::AssetLoader;
-use super::description::{Blades, Budget, RenderSettings, SceneDescription, Sky, Sun};
+use super::description::{Blades, Budget, RenderSettings, SceneDescription, Sky, Sun, picture_size};
 use super::digest;
 use super::document::{Document, SIZE_LIMIT};
 use super::effects::EffectChoice;
@@ -10,6 +10,7 @@ use super::reading::Progress;
 use super::source::Source;
 use super::source_files::Files;
 use super::surfaces::{Placement, Surfaces, bounds};
+use super::validate::DEFAULT_SAMPLES;
 use crate::error::{Error, Place, Result, Warning};
 use crate::optics::Optics;
 use crate::quantity::Length;
@@ -70,6 +71,24 @@ pub struct PictureSettings {
     pub points: PointSet,
     /// Whether samples may share look-ups of colour.
     pub share_shading: bool,
+}
+
+impl PictureSettings {
+    /// As scene files have them that say nothing but the size: 256 samples, nothing left out that can be seen.
+    pub fn new(width: u32, height: u32) -> Self {
+        Self {
+            width,
+            height,
+            budget: Budget::Samples(DEFAULT_SAMPLES),
+            exposure_ev: 0.0,
+            falloff: false,
+            diffraction: false,
+            seed: 0,
+            effects: EffectChoice::default(),
+            points: PointSet::default(),
+            share_shading: true,
+        }
+    }
 }
 
 /// What one `[[mesh]]` brought.
@@ -142,16 +161,12 @@ impl SceneDescription {
             sun: self.sun,
             sky: self.sky,
             render: PictureSettings {
-                width,
-                height,
                 budget,
                 exposure_ev,
                 falloff,
                 diffraction,
                 seed,
-                effects: EffectChoice::default(),
-                points: PointSet::default(),
-                share_shading: true,
+                ..PictureSettings::new(width, height)
             },
             meshes,
             warnings: loader.warnings().to_vec(),
@@ -219,6 +234,48 @@ fn named_by(error: Error, scene: &str, place: &Place) -> Error {
 }
 
 impl Scene {
+    /// A scene that was made in memory: these surfaces under the sky that scene files have by default, without a sun, in a picture `width`
+    /// pixels wide whose height follows from the film's shape, with 256 samples. The fields can be set afterwards; for shadows call
+    /// [`Surfaces::prepare`] on the surfaces.
+    ///
+    /// # Errors
+    /// [`Invalid`](crate::error::ErrorKind::Invalid) for surfaces that [`Surfaces::check`] refuses and a width of 0;
+    /// [`TooLarge`](crate::error::ErrorKind::TooLarge) when a side is more than [`MAX_PICTURE_SIDE`](super::MAX_PICTURE_SIDE) pixels.
+    ///
+    /// # Example
+    /// ```
+    /// use groundglass::scene::{Attributes, Material, NONE, Surfaces};
+    /// use groundglass::{Camera, Execution, Optics, Scene, glam::DVec3, render};
+    ///
+    /// let camera = Camera::looking_at(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO)?;
+    /// let mut surfaces = Surfaces { materials: vec![Material::default_surface()], ..Surfaces::default() };
+    /// surfaces.positions = vec![DVec3::NEG_X, DVec3::X, DVec3::Y];
+    /// surfaces.triangles.push([0, 1, 2]);
+    /// surfaces.attributes.push(Attributes { normals: [NONE; 3], texcoords: [NONE; 3], material: 0 });
+    /// let scene = Scene::new(Optics::new(&camera)?, surfaces, 50)?;
+    /// let (exposure, _) = render(&scene, Execution::default())?;
+    /// assert_eq!((exposure.width(), exposure.height()), (50, 40));
+    /// # Ok::<(), groundglass::Error>(())
+    /// ```
+    pub fn new(optics: Optics, mut surfaces: Surfaces, width: u32) -> Result<Self> {
+        let film = optics.camera().film;
+        let (width, height) = picture_size(width, [film.width, film.height].map(Length::as_metres))?;
+        surfaces.prepare(false)?;
+        Ok(Self {
+            blades: None,
+            up: DVec3::Y,
+            circle_of_confusion: Length::metres(film.diagonal() / 1500.0),
+            surfaces,
+            sun: None,
+            sky: Sky::default(),
+            render: PictureSettings::new(width, height),
+            meshes: Vec::new(),
+            warnings: Vec::new(),
+            assets_digest: [0; 32],
+            optics,
+        })
+    }
+
     /// Reads the scene file at `path` and the files it names.
     ///
     /// # Errors

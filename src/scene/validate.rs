@@ -3,7 +3,7 @@
 
 use super::description::{Budget, Focus, MeshEntry, RenderSettings, SceneDescription, Sky, Sun};
 use super::document::Document;
-use super::file::{AdjustWord, FocusTable, MeshTable, RenderTable, SceneFile, SkyTable, SunTable};
+use super::file::{AdjustWord, FocusTable, MeshTable, RenderTable, SceneFile, SunTable};
 use super::validate_camera;
 use crate::camera::{Aperture, unit};
 use crate::error::Result;
@@ -12,7 +12,7 @@ use crate::quantity::{Angle, Length};
 use glam::DVec3;
 
 /// Samples for each pixel when the file names neither samples nor an error nor a time.
-const DEFAULT_SAMPLES: u32 = 256;
+pub(super) const DEFAULT_SAMPLES: u32 = 256;
 
 impl SceneFile {
     /// The scene that the file describes, in metres and radians, with every default filled.
@@ -48,7 +48,7 @@ impl SceneFile {
                 .map(|(index, table)| mesh(document, index, table))
                 .collect::<Result<_>>()?,
             sun: tables.sun.as_ref().map(|table| sun(document, table)).transpose()?,
-            sky: sky(&tables.sky),
+            sky: Sky::from(&tables.sky),
             render,
             camera,
         })
@@ -131,14 +131,6 @@ fn sun(document: &Document, table: &SunTable) -> Result<Sun> {
         shadows: table.shadows,
         angular_diameter: Angle::degrees(table.angular_diameter_deg),
     })
-}
-
-fn sky(table: &SkyTable) -> Sky {
-    Sky {
-        ambient: DVec3::from_array(table.ambient),
-        horizon: DVec3::from_array(table.horizon),
-        zenith: DVec3::from_array(table.zenith),
-    }
 }
 
 fn render(document: &Document, table: &RenderTable) -> Result<RenderSettings> {
