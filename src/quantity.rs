@@ -1,6 +1,7 @@
 //! Lengths, angles and f-numbers. What formulas take has units here.
 
 use crate::error::{Error, Result};
+use std::ops::{Add, Mul, Neg, Sub};
 
 /// A length; metres inside.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
@@ -71,6 +72,39 @@ impl Angle {
     }
 }
 
+/// Sums, differences and multiples keep the unit.
+macro_rules! arithmetic {
+    ($quantity:ident) => {
+        impl Add for $quantity {
+            type Output = Self;
+            fn add(self, other: Self) -> Self {
+                Self(self.0 + other.0)
+            }
+        }
+        impl Sub for $quantity {
+            type Output = Self;
+            fn sub(self, other: Self) -> Self {
+                Self(self.0 - other.0)
+            }
+        }
+        impl Neg for $quantity {
+            type Output = Self;
+            fn neg(self) -> Self {
+                Self(-self.0)
+            }
+        }
+        impl Mul<f64> for $quantity {
+            type Output = Self;
+            fn mul(self, factor: f64) -> Self {
+                Self(self.0 * factor)
+            }
+        }
+    };
+}
+
+arithmetic!(Length);
+arithmetic!(Angle);
+
 /// An f-number: focal length over aperture diameter; positive and finite.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct FNumber(f64);
@@ -104,6 +138,13 @@ mod tests {
             assert_eq!(Angle::degrees(value).as_degrees(), value);
             assert!((Length::millimetres(value).as_millimetres() / value - 1.0).abs() < 1e-15);
         }
+    }
+
+    #[test]
+    fn quantities_add_up() {
+        let (a, b) = (Length::metres(0.25), Length::metres(1.5));
+        assert_eq!([a + b, a - b, -a, b * 2.0], [1.75, -1.25, -0.25, 3.0].map(Length::metres));
+        assert_eq!(Angle::degrees(90.0) - Angle::degrees(45.0) * 2.0, Angle::ZERO);
     }
 
     #[test]
