@@ -5,6 +5,7 @@ mod drawing;
 
 use drawing::{Lcg, Panel, Point, camera, cameras, check_labels, check_rays, panels};
 use glam::{DMat3, DVec3};
+use groundglass::Camera;
 use groundglass::diagram::{Figure, Inset, Item, Section, SideView, TextAs};
 use groundglass::geometry::{Line, Plane};
 use groundglass::optics::Optics;
@@ -353,5 +354,25 @@ fn extreme_cameras_are_drawn_or_refused_without_panic() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn a_side_view_of_nonsense_is_refused() {
+    let camera = Camera::looking_at(DVec3::new(0.0, 1.6, 10.0), DVec3::ZERO).unwrap();
+    let optics = Optics::new(&camera).unwrap();
+    let view = || SideView::new(&optics);
+    assert!(view().figure().is_ok());
+    let hole = [[DVec3::ZERO, DVec3::X, DVec3::NAN]];
+    let wrong = [
+        (view().show(&["hinge-lin"]), "hinge-lin"),
+        (view().hide(&["ray", "sky"]), "sky"),
+        (view().up(DVec3::ZERO), "up"),
+        (view().up(DVec3::NAN), "up"),
+        (view().subject(&hole), "subject"),
+    ];
+    for (view, word) in wrong {
+        let error = view.figure().unwrap_err().to_string();
+        assert!(error.contains(word), "{error}");
     }
 }

@@ -1,7 +1,8 @@
 //! What a figure is when all decisions are taken: shapes, text and groups with meaning, in page millimetres.
 //!
 //! In: numbers from the figures. Out: to the painters, which hold no opinions. The page's origin is its top
-//! left corner, x right, y down; items are painted in order.
+//! left corner, x right, y down; items are painted in order. It is public to be read: figures are made by
+//! [`SideView`](super::SideView) and [`FigureFile`](super::FigureFile), charts of numbers of your own by the latter's kind `plot`.
 
 /// A point of the page in millimetres, x right, y down.
 pub type Point = [f64; 2];

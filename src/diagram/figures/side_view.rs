@@ -145,6 +145,8 @@ pub struct SideView<'a> {
     background: bool,
     theme: Theme,
     hidden: BTreeSet<String>,
+    /// A name that is none of a part, if there was one.
+    unknown: Option<String>,
 }
 
 impl<'a> SideView<'a> {
@@ -162,6 +164,7 @@ impl<'a> SideView<'a> {
             background: true,
             theme: Theme::PRINT,
             hidden: BTreeSet::new(),
+            unknown: None,
         }
     }
 
@@ -229,24 +232,31 @@ impl<'a> SideView<'a> {
     /// called.
     #[must_use]
     pub fn show<S: AsRef<str>>(mut self, parts: &[S]) -> Self {
+        self.known(parts);
         let wanted = |name: &&&str| parts.iter().any(|part| part.as_ref() == **name);
         self.hidden = PARTS.iter().filter(|name| !wanted(name)).map(|name| (*name).to_owned()).collect();
         self
     }
 
-    /// Leaves out parts by name; [`PARTS`] lists those that can be. Other names change nothing.
+    /// Leaves out parts by name; [`PARTS`] lists those that can be.
     #[must_use]
     pub fn hide<S: AsRef<str>>(mut self, parts: &[S]) -> Self {
-        let known = |name: &&str| PARTS.contains(name);
-        self.hidden.extend(parts.iter().map(AsRef::as_ref).filter(known).map(str::to_owned));
+        self.known(parts);
+        self.hidden.extend(parts.iter().map(|part| part.as_ref().to_owned()));
         self
+    }
+
+    fn known<S: AsRef<str>>(&mut self, parts: &[S]) {
+        let unknown = parts.iter().map(AsRef::as_ref).find(|part| !PARTS.contains(part));
+        self.unknown = self.unknown.take().or(unknown.map(str::to_owned));
     }
 
     /// Draws it.
     ///
     /// # Errors
     /// When the page is smaller than 60 by 40 mm or larger than 2000 mm or too small for what is asked for, the circle of confusion is not positive,
-    /// the title has a character without a glyph, or the camera's numbers are too extreme to be drawn.
+    /// the title has a character without a glyph, a part has no such name, what is up has no direction, a corner of the subject is no number, or
+    /// the camera's numbers are too extreme to be drawn.
     pub fn figure(&self) -> Result<Figure> {
         let mut sheet = Sheet::new(self.page, [60.0, 40.0], &self.theme)?;
         sheet.background = self.background;
@@ -255,6 +265,19 @@ impl<'a> SideView<'a> {
         if !(self.circle > 0.0 && self.circle.is_finite()) {
             return Err(Error::invalid("the circle of confusion must be positive")
                 .at_key("focus.circle_of_confusion_mm"));
+        }
+        if let Some(name) = &self.unknown {
+            return Err(Error::invalid(format!("a side view has no part `{name}`"))
+                .remedy(format!("name some of {}", PARTS.join(", "))));
+        }
+        if !(self.up.is_finite() && self.up != DVec3::ZERO) {
+            return Err(Error::invalid("what is up has no direction")
+                .remedy("give a vector that is finite and not zero"));
+        }
+        if !self.triangles.as_flattened().iter().all(|corner| corner.is_finite()) {
+            return Err(
+                Error::invalid("a corner of the subject is no number").remedy("leave its triangle out")
+            );
         }
         let mut scene = self.scene();
         let extent = Extent::of(&scene);
