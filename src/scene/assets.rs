@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::decode::Use;
 use super::digest::{self, Digest};
 use super::mesh::Model;
 use super::normalize::shown;
@@ -18,7 +19,6 @@ use super::reading::{Looks, Parts, Progress, Reader};
 use super::records::too_large;
 use super::source::Source;
 use super::text::readings;
-use super::texture::Use;
 use super::warnings::Warnings;
 use crate::error::{Error, ErrorKind, Result, Warning};
 use crate::threads::on_threads;

@@ -3,11 +3,12 @@
 //! The scene file: `document` (TOML with places) -> `shape` (against the schema) -> `file` (the mirror
 //! structs) -> `validate` (a [`SceneDescription`]: units converted, defaults filled, every wrong value
 //! refused with its line) -> `resolve` (movements solved). Its assets: `source` (the one door to files) ->
-//! `records`, `normalize`, `obj`, `mtl`, `triangulate`, `texture`, `mip`, `outline` -> `reading` -> `assets` (a [`Model`]). Both:
+//! `records`, `normalize`, `obj`, `mtl`, `triangulate`, `decode`, `texture`, `mip`, `outline` -> `reading` -> `assets` (a [`Model`]). Both:
 //! `load` (a [`Scene`] with its `surfaces` in the world, and which of them look alike: `patches`, and are drawn as one: `quads`).
 
 mod assets;
 mod clusters;
+mod decode;
 mod description;
 mod digest;
 mod document;
@@ -49,6 +50,7 @@ mod warnings;
 
 pub use assets::AssetLoader;
 pub use clusters::Clusters;
+pub use decode::is_decoding;
 pub use description::{
     Blades, Budget, Focus, MAX_PICTURE_SIDE, MeshEntry, RenderSettings, SceneDescription, Sky, Sun,
 };
@@ -67,7 +69,7 @@ pub use schema::schema;
 pub use source::{Memory, Source};
 pub use source_files::Files;
 pub use surfaces::{Attributes, Placement, Surfaces};
-pub use texture::{Level, Texture, is_decoding};
+pub use texture::{Level, Texture};
 
 // What figure files share with scene files.
 pub(crate) use file::{CameraTable, FocusTable, MeshTable, PlaneTable, RenderTable, SceneTables, SkyTable};

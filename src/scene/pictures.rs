@@ -11,9 +11,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
+use super::decode::{Cost, Use, cost, decode};
 use super::digest::{self, Digest};
 use super::source::Source;
-use super::texture::{Cost, Texture, Use, cost, decode};
+use super::texture::Texture;
 use crate::error::{Error, ErrorKind, Result, memory};
 
 /// Longest picture file, in bytes.
