@@ -32,7 +32,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "WHEN")]
     pub(super) inset: Option<Inset>,
     /// The colours: print, screen, dark, text, contrast or grey
-    #[arg(long, value_name = "THEME", value_parser = theme)]
+    #[arg(long, value_name = "THEME", value_parser = Theme::named)]
     pub(super) theme: Option<Theme>,
     /// Width of the page in millimetres; letters and lines keep their size
     #[arg(long, value_name = "MM", value_parser = millimetres)]
@@ -99,10 +99,6 @@ impl From<Inset> for diagram::Inset {
             Inset::Never => Self::Never,
         }
     }
-}
-
-fn theme(name: &str) -> Result<Theme> {
-    Theme::named(name)
 }
 
 fn within(text: &str, least: f64, most: f64) -> Result<f64, String> {

@@ -1,5 +1,6 @@
 //! `--all-effects`, `--with EFFECT` and `--without EFFECT`: what a user says of effects beside the scene's keys.
 
+use super::notes::words_of_effects;
 use groundglass::Angle;
 use groundglass::error::{Error, ErrorKind, Result};
 use groundglass::scene::{EffectChoice, EffectName, EffectSet, Scene};
@@ -29,12 +30,10 @@ fn help_of_without() -> String {
 /// As on the command line.
 impl fmt::Display for EffectArguments {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let all = self.all_effects.then(|| "--all-effects".to_owned());
-        let named = |flag: &str, effects: &[EffectName]| -> Vec<String> {
-            effects.iter().map(|effect| format!("--{flag} {effect}")).collect()
-        };
-        let words =
-            [Vec::from_iter(all), named("with", &self.with), named("without", &self.without)].concat();
+        let set = |effects: &[EffectName]| effects.iter().copied().collect();
+        let choice =
+            EffectChoice { all: self.all_effects, with: set(&self.with), without: set(&self.without) };
+        let words = words_of_effects(choice);
         if words.is_empty() {
             f.write_str("with no such flag")
         } else {

@@ -16,6 +16,7 @@ mod interrupt;
 mod limited;
 mod machine;
 mod new;
+mod notes;
 mod optics;
 mod optics_json;
 mod optics_words;

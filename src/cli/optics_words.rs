@@ -110,7 +110,7 @@ fn plane_words(plane: Plane, optics: &Optics, up: DVec3) -> String {
         return "at infinity".to_owned();
     }
     let cuts = match optics.axis_crossing(plane) {
-        None if unit.m.dot(optics.axis()).abs() > 1e-6 * unit.m.length() => return "at infinity".to_owned(),
+        None if unit.m.dot(optics.axis()).abs() > 1e-6 => return "at infinity".to_owned(),
         None => "runs parallel to the lens axis".to_owned(),
         Some(along) if along < 0.0 => format!("cuts the lens axis {} behind the lens", length(-along)),
         Some(along) => format!("cuts the lens axis {} in front of the lens", length(along)),

@@ -3,7 +3,6 @@
 //! All are drawn by turns, round after round: what slows the machine down for a while slows all of a round.
 
 use super::progress::Progress;
-use super::stats::median;
 use groundglass::error::{ErrorKind, Result};
 use groundglass::picture::Exposure;
 use groundglass::render::{Execution, render};
@@ -112,6 +111,13 @@ impl Probe {
             _ => [0.0, f64::INFINITY],
         }
     }
+}
+
+/// The middle of the numbers, which it puts in order; of an even number of them the mean of the middle two.
+pub(super) fn median(numbers: &mut [f64]) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    let middle = numbers.len() / 2;
+    if numbers.len() % 2 == 1 { numbers[middle] } else { 0.5 * (numbers[middle - 1] + numbers[middle]) }
 }
 
 /// Draws all probes of the scene, whose settings and sun it changes. The first is of the scene as it is; another that is refused is

@@ -4,9 +4,9 @@ use super::effects::EffectArguments;
 use super::input::{self, Input, MemoryArguments, RootArguments};
 use super::progress::Progress;
 use super::replay::Replay;
-use super::stats::{self, Asked, Samples, Stats};
+use super::stats::{Asked, Samples, Stats};
 use super::values::{self, Pixels, Positive, Seconds, Simd};
-use super::{diagram, figure_file, interrupt, machine, optics_words, output, render_words, report};
+use super::{diagram, figure_file, interrupt, machine, notes, optics_words, output, render_words, report};
 use groundglass::error::{Error, ErrorKind, Result};
 use groundglass::plan::RenderPlan;
 use groundglass::render::{Execution, SimdLevel, render, replay};
@@ -217,7 +217,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         error.in_file(replayed.map_or_else(|| input.name(), |path| path.display().to_string()))
     })?;
 
-    let notes = stats::notes(&scene, &exposure, counts.left_out);
+    let notes = notes::notes(&scene, &exposure, counts.left_out);
     let (_again, ()) = output::in_made(default_folder, || {
         output::write_whole(&path, &read, |file| match format {
             Format::Png => exposure.write_png(scene.render.exposure_ev, &notes, file),

@@ -1,6 +1,6 @@
 //! What exact optics cost: each way to answer a question, timed, beside its error.
 
-use super::super::stats::median;
+use super::super::probe::median;
 use groundglass::stability::{Asked, answers};
 use std::fmt::Write as _;
 use std::hint::black_box;

@@ -1,6 +1,6 @@
 //! What a study writes: charts (TOML, SVG, PDF, PNG), a table (CSV; JSON is there already), crops and a page in words.
 
-use super::super::{figure_file, output, report as tell, stats};
+use super::super::{figure_file, notes, output, report as tell};
 use super::answers;
 use super::charts::{chart, slopes, wrong};
 use super::crops::{self, MOST_CROPS, crop_name};
@@ -140,7 +140,7 @@ fn page(study: &Study<'_>, stem: &str) -> String {
         Some(reasons) => format!("The ways in double precision are left out: that renderer {reasons}.\n\n"),
         None => String::new(),
     };
-    let told = stats::words_of_effects(study.scene.render.effects);
+    let told = notes::words_of_effects(study.scene.render.effects);
     let told = if told.is_empty() { String::new() } else { format!(", {}", told.join(" ")) };
     let left_out: Vec<_> = study.plan.left_out().iter().map(|effect| effect.name()).collect();
     let left_out = match left_out[..] {

@@ -1,10 +1,10 @@
 //! The measurements of a study: steps in, a row of the table for each out, kept in its folder as they come ([`super::kept`]).
 
 use super::super::machine;
+use super::super::notes::notes;
 use super::super::output;
-use super::super::probe::TWIN;
+use super::super::probe::{TWIN, median};
 use super::super::progress::Progress;
-use super::super::stats::{median, notes};
 use super::kept::{Another, Measured, Table, refuse_another, save, set_aside, take_up};
 use super::reference;
 use super::report::files;
