@@ -9,7 +9,7 @@
 //! * `covered`: where triangles' pixels reach.
 //! * `draw`: a tile, batch by batch: what is seen (`raster::tile`), surfaces (`looks`), their light (`shade`), into the sums; of a
 //!   tile at the `border` only what is in the picture.
-//! * `resolve`: from sums to means; and their errors, by `differences`, `clipped`, `highlights` (with `lit` and `spread`), `edges` (with
+//! * `resolve`: from sums to means; and their errors, by `differences`, `clipped`, `highlights` (with `lamps`, `lit` and `spread`), `edges` (with
 //!   `shown`) and `weights` (falloff).
 //! * `uniform`: all tiles with the same number of samples. Or `adaptive`, in rounds: `pilot`, `base` and `allocate` say how many
 //!   samples go where, `progressive` draws a round, `tile_round` one tile in it, `kept` holds the sums from round to round, and
@@ -34,6 +34,7 @@ mod finish;
 mod frame;
 mod highlights;
 mod kept;
+mod lamps;
 mod lit;
 mod looks;
 mod pattern;

@@ -2,6 +2,7 @@
 
 use super::diffraction::RINGS;
 use super::highlights::Highlights;
+use super::lamps;
 use super::picture::Sequence;
 use super::{Execution, too_large};
 use crate::error::{Error, ErrorKind, Result, memory};
@@ -71,7 +72,7 @@ impl Room {
         let shadows = if shadows { count(vertices) * 12 + count(triangles) * 120 } else { 0 };
         let pattern = if scene.render.diffraction { Diffraction::MEMORY } else { 0 };
         // Before they are compacted twice as much.
-        let lights = if Highlights::may_be_any(scene) {
+        let lights = if lamps::may_be_any(scene) {
             let disks = if scene.render.diffraction { RINGS.len() as u64 } else { 1 };
             pixels / u64::from(BLOCK * BLOCK) * (disks + 1) * Highlights::BLOCK_BYTES
         } else {
