@@ -37,7 +37,8 @@ const _: () = assert!(sampling::GRID == TILE);
 pub(super) enum Sequence {
     /// Exactly this many of each pixel, sorted all together.
     Uniform(u32),
-    /// Runs of [`sampling::runs`], each sorted by itself, so that any of them may be the last; none longer than this.
+    /// Runs of [`sampling::runs`], each sorted by itself, so that any of them may be the last. Memory is asked for one as long as this;
+    /// within a time longer ones are drawn where there is more ([`Picture::longest_run`]).
     Runs(u32),
 }
 
@@ -207,8 +208,8 @@ impl<'a> Picture<'a> {
             drawn: Vec::new(),
             alike,
             left_out,
-            surface_count: if alike && !surfaces.patches.of.is_empty() {
-                surfaces.patches.reference.len()
+            surface_count: if alike && !surfaces.patches.is_empty() {
+                surfaces.patches.parts()
             } else {
                 surfaces.triangles.len()
             },
@@ -242,8 +243,13 @@ impl<'a> Picture<'a> {
         (tile as u32 % self.bins.tiles_x, tile as u32 / self.bins.tiles_x)
     }
 
-    /// How many values the picture has: pixels times channels.
+    /// How many pixels the picture has.
+    pub(super) fn pixels(&self) -> f64 {
+        f64::from(self.view.width) * f64::from(self.view.height)
+    }
+
+    /// How many values it has: pixels times channels.
     pub(super) fn values(&self) -> f64 {
-        3.0 * f64::from(self.view.width) * f64::from(self.view.height)
+        3.0 * self.pixels()
     }
 }

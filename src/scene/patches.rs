@@ -13,10 +13,10 @@ use rayon::prelude::*;
 /// Which triangles shade alike.
 #[derive(Clone, Debug, Default)]
 pub struct Patches {
-    /// The patch of each triangle.
-    pub(crate) of: Vec<u32>,
+    /// The number of each triangle's patch.
+    number: Vec<u32>,
     /// Each patch's largest triangle, whose plane and texture coordinates hold for all of it.
-    pub(crate) reference: Vec<u32>,
+    reference: Vec<u32>,
     /// Whether each lies in one plane.
     flat: bool,
     /// Triangles of a patch that are drawn two at a time.
@@ -62,17 +62,27 @@ struct Texture {
 impl Patches {
     /// Whether each patch lies in one plane, as triangles by themselves do.
     pub(crate) fn are_flat(&self) -> bool {
-        self.flat || self.of.is_empty()
+        self.flat || self.is_empty()
+    }
+
+    /// Whether each triangle is a patch by itself.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.number.is_empty()
+    }
+
+    /// How many patches there are.
+    pub(crate) fn parts(&self) -> usize {
+        self.reference.len()
     }
 
     /// Triangles that it was made from, unless it is empty.
     pub(super) fn count(&self) -> Option<usize> {
-        Some(self.of.len()).filter(|&count| count > 0)
+        Some(self.number.len()).filter(|&count| count > 0)
     }
 
     /// The patch of triangle `t` and the triangle that stands for it.
     pub(crate) fn of(&self, t: u32) -> (u32, u32) {
-        match self.of.get(t as usize) {
+        match self.number.get(t as usize) {
             Some(&patch) => (patch, self.reference[patch as usize]),
             None => (t, t),
         }
@@ -111,7 +121,7 @@ impl Patches {
             })
             .collect::<Vec<_>>();
         let quads = Quads::new(surfaces, &of);
-        Self { of, reference, flat: coplanar, quads }
+        Self { number: of, reference, flat: coplanar, quads }
     }
 }
 
@@ -274,15 +284,15 @@ mod tests {
     fn the_cells_of_a_floor_are_one_patch() {
         let patches = Patches::new(&floor(false), false);
         assert_eq!(patches.reference.len(), 1);
-        assert!(patches.of.iter().all(|&patch| patch == 0));
+        assert!(patches.number.iter().all(|&patch| patch == 0));
     }
 
     #[test]
     fn a_cell_that_is_laid_otherwise_is_not() {
         let patches = Patches::new(&floor(true), false);
         assert_eq!(patches.reference.len(), 2);
-        assert_eq!(patches.of[14], patches.of[15]);
-        assert_ne!(patches.of[14], patches.of[0]);
+        assert_eq!(patches.number[14], patches.number[15]);
+        assert_ne!(patches.number[14], patches.number[0]);
     }
 
     #[test]
@@ -304,7 +314,7 @@ mod tests {
         let parts = Patches::new(&surfaces, false).reference.len();
         surfaces.normals.push(DVec3::Y.as_vec3());
         surfaces.attributes.iter_mut().for_each(|attributes| attributes.normals = [0; 3]);
-        let Patches { of, .. } = Patches::new(&surfaces, false);
+        let Patches { number: of, .. } = Patches::new(&surfaces, false);
         let (floor, ramp) = of.split_at(20);
         assert!(floor.iter().all(|patch| *patch == floor[0] && !ramp.contains(patch)), "{of:?}");
         assert_eq!(parts, 2);
@@ -330,7 +340,11 @@ mod tests {
         square(0.3, 1.0, 1e-6);
         square(1.0, 1e5, 0.0);
         let patches = Patches::new(&surfaces, true);
-        assert!(patches.of[2] == patches.of[3] && patches.of[2] != patches.of[0], "{:?}", patches.of);
-        assert_eq!(patches.of[4], patches.of[0]);
+        assert!(
+            patches.number[2] == patches.number[3] && patches.number[2] != patches.number[0],
+            "{:?}",
+            patches.number
+        );
+        assert_eq!(patches.number[4], patches.number[0]);
     }
 }

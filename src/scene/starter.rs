@@ -32,7 +32,7 @@ pub fn scene_for(statistics: &Statistics, model_path: &str) -> String {
         }
         scale = smaller;
         why_scale =
-            format!("metres per unit: the model is {} units large; so small, its blur shows", short(size));
+            format!("metres per unit: the model is {} units large; so small, its blur shows", number(size));
         view = view_of(statistics, [lo, hi], scale);
     }
     text(&view, model_path, scale, &why_scale, (hi - lo) * scale)
@@ -43,7 +43,7 @@ fn plausible_scale(size: f64) -> (f64, String) {
     if !(size > 0.0 && size.is_finite()) {
         return (1.0, "metres per unit of the model".into());
     }
-    let found = format!("the model is {} units large", short(size));
+    let found = format!("the model is {} units large", number(size));
     for (scale, unit) in [(1.0, "metres"), (0.01, "centimetres"), (0.001, "millimetres")] {
         if size * scale <= 100.0 && size * scale >= 0.3 {
             let guess = if scale == 1.0 { "taken as metres" } else { "more likely" };
@@ -118,9 +118,9 @@ width = 960
 samples = 64                    # more is smoother and slower
 exposure_ev = {}               # brighter by so many stops
 ",
-        short(size.x),
-        short(size.y),
-        short(size.z),
+        number(size.x),
+        number(size.y),
+        number(size.z),
         point(view.eye, size.max_element()),
         point(view.look_at, size.max_element()),
         number(view.focal * 1000.0),
@@ -158,10 +158,6 @@ fn number(value: f64) -> String {
 fn coarse(value: f64) -> f64 {
     let step = 1000.0 * step_below(value.abs());
     ((value / step).floor() * step).max(value / 2.0)
-}
-
-fn short(value: f64) -> String {
-    number(value)
 }
 
 /// A power of ten, 1e-4 to 1e-5 of `value`.

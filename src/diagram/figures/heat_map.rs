@@ -7,7 +7,7 @@ use super::file::Input;
 use super::heat_map_grid::{self, Grid, Map};
 use super::heat_map_keys::{AxisKeys, Keys};
 use super::plot_axis::{Axis, Range, Scale, Tick};
-use super::plot_frame::{self, Label};
+use super::plot_frame::{self, AWAY, Label};
 use crate::diagram::Figure;
 use crate::diagram::display_list::{Color, Fill, Geometry, Group, Item, Recoloring, Segment, Shape};
 use crate::diagram::lettering;
@@ -19,8 +19,6 @@ use crate::error::{Error, Result};
 
 /// Height of a line of letters.
 const LINE: f64 = (lettering::ASCENT + lettering::DESCENT) * theme::LETTER;
-/// From the frame down to the labels of its ticks.
-const AWAY: f64 = 1.8;
 /// Free room between maps, and between the labels of neighbours.
 const BETWEEN: f64 = 4.0;
 const APART: f64 = 1.2;
@@ -229,23 +227,12 @@ fn axes(
 /// The axes' titles: x under the middle of all maps, y over the first.
 fn titles(keys: &Keys, frames: &[[f64; 4]], sheet: &mut Sheet) -> Result<()> {
     let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return Ok(()) };
-    for (axis, is_x) in [(&keys.x, true), (&keys.y, false)] {
-        let Some(title) = &axis.title else { continue };
-        let runs = lettering::runs(title);
-        let wide = lettering::width(&runs)? * theme::LETTER;
-        if wide > sheet.size[0] - 2.0 * MARGIN {
-            return Err(Error::invalid("the title of an axis is longer than the page is wide")
-                .at_key(if is_x { "x.title" } else { "y.title" })
-                .remedy("shorten it"));
-        }
-        let at = if is_x {
-            let begin =
-                (0.5 * (first[0] + last[2]) - 0.5 * wide).min(sheet.size[0] - MARGIN - wide).max(MARGIN);
-            [begin, first[3] + AWAY + LINE + 0.8 + lettering::ASCENT * theme::LETTER]
-        } else {
-            [MARGIN, first[1] - LINE - 2.4]
-        };
-        let item = sheet.caption("axis-title", runs, at, theme::LETTER)?;
+    if let Some(title) = &keys.x.title {
+        let item = plot_frame::title_of_x(lettering::runs(title), [first[0], last[2], first[3]], sheet)?;
+        sheet.items.push(item);
+    }
+    if let Some(title) = &keys.y.title {
+        let item = plot_frame::title_of_y(lettering::runs(title), first[1] - LINE - 2.4, sheet)?;
         sheet.items.push(item);
     }
     Ok(())

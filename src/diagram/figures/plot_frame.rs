@@ -142,24 +142,38 @@ pub(super) fn titles(chart: &Chart, keys: &Keys, sheet: &Sheet) -> Result<Vec<It
         (Some(alone), None) | (None, Some(alone)) => Some(lettering::runs(alone)),
         (None, None) => None,
     };
-    let mut items = Vec::new();
-    for (axis, is_x) in [(&keys.x, true), (&keys.y, false)] {
-        let Some(runs) = said(axis) else { continue };
-        let wide = lettering::width(&runs)? * theme::LETTER;
-        if wide > sheet.size[0] - 2.0 * MARGIN {
-            return Err(Error::invalid("the title of an axis is longer than the page is wide")
-                .at_key(if is_x { "x.title" } else { "y.title" })
-                .remedy("shorten it"));
-        }
-        let line = (lettering::ASCENT + lettering::DESCENT) * theme::LETTER;
-        let at = if is_x {
-            let middle = 0.5 * (left + right) - 0.5 * wide;
-            let begin = middle.min(sheet.size[0] - MARGIN - wide).max(MARGIN);
-            [begin, bottom + AWAY + line + 0.8 + lettering::ASCENT * theme::LETTER]
-        } else {
-            [MARGIN, top - 2.7]
-        };
-        items.push(sheet.caption("axis-title", runs, at, theme::LETTER)?);
+    let x = said(&keys.x).map(|runs| title_of_x(runs, [left, right, bottom], sheet));
+    let y = said(&keys.y).map(|runs| title_of_y(runs, top - 2.7, sheet));
+    x.into_iter().chain(y).collect()
+}
+
+/// The title of an x axis under the middle of a frame from `left` to `right` that ends at `bottom`.
+///
+/// # Errors
+/// When it is longer than the page is wide, or a glyph is missing.
+pub(super) fn title_of_x(runs: Vec<Run>, [left, right, bottom]: [f64; 3], sheet: &Sheet) -> Result<Item> {
+    let wide = title_width(&runs, "x.title", sheet)?;
+    let begin = (0.5 * (left + right) - 0.5 * wide).min(sheet.size[0] - MARGIN - wide).max(MARGIN);
+    let line = (lettering::ASCENT + lettering::DESCENT) * theme::LETTER;
+    let base = bottom + AWAY + line + 0.8 + lettering::ASCENT * theme::LETTER;
+    sheet.caption("axis-title", runs, [begin, base], theme::LETTER)
+}
+
+/// The title of a y axis at the page's left margin.
+///
+/// # Errors
+/// As [`title_of_x`].
+pub(super) fn title_of_y(runs: Vec<Run>, base: f64, sheet: &Sheet) -> Result<Item> {
+    title_width(&runs, "y.title", sheet)?;
+    sheet.caption("axis-title", runs, [MARGIN, base], theme::LETTER)
+}
+
+fn title_width(runs: &[Run], key: &str, sheet: &Sheet) -> Result<f64> {
+    let wide = lettering::width(runs)? * theme::LETTER;
+    if wide > sheet.size[0] - 2.0 * MARGIN {
+        return Err(Error::invalid("the title of an axis is longer than the page is wide")
+            .at_key(key)
+            .remedy("shorten it"));
     }
-    Ok(items)
+    Ok(wide)
 }
