@@ -112,6 +112,15 @@ impl TileFilm {
         self.bilinear(cross(a, b), minus(b, a))
     }
 
+    /// The plane of a triangle, `D.N` and `N.(v0 - s)`; `zero` is the number.
+    #[inline(always)]
+    pub(super) fn face<T: Number>(&self, v: &[[T; 3]; 3], zero: T) -> ([T; 9], [T; 3]) {
+        let normal = cross(minus(v[1], v[0]), minus(v[2], v[0]));
+        let along = normal[0] * v[0][0] + normal[1] * v[0][1] + normal[2] * v[0][2];
+        let plane = [along, -normal[0] * self.radius, -normal[1] * self.radius];
+        (self.bilinear(normal, [zero; 3]), plane)
+    }
+
     /// A triangle's edge functions, each opposite to its corner, by a common power of two that keeps them within
     /// single precision.
     pub(crate) fn scaled_edges(&self, v: [DVec3; 3]) -> [[f64; 9]; 3] {
@@ -140,13 +149,10 @@ impl TileFilm {
 
     /// [`Block::facing`](super::setup::Block) and `plane` of one triangle.
     pub(crate) fn depth(&self, v: [DVec3; 3]) -> ([f32; 9], [f32; 3]) {
-        let v = v.map(|corner| corner.to_array());
-        let normal = cross(minus(v[1], v[0]), minus(v[2], v[0]));
-        let along = normal[0] * v[0][0] + normal[1] * v[0][1] + normal[2] * v[0][2];
-        let plane = [along, -normal[0] * self.radius, -normal[1] * self.radius];
+        let (facing, plane) = self.face(&v.map(|corner| corner.to_array()), 0.0);
         let scale = power_of_two_near(plane.iter().map(|c| c.abs()).sum());
         let single = |c: f64| (c * scale) as f32;
-        (self.bilinear(normal, [0.0; 3]).map(single), plane.map(single))
+        (facing.map(single), plane.map(single))
     }
 }
 

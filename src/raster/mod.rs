@@ -11,10 +11,11 @@
 //! * [`cull`]: which clusters of triangles may be seen at all.
 //! * [`bounds`], [`boxes`]: for each vertex, and from these each triangle, the pixels it can reach from each
 //!   cell of the aperture.
+//! * [`bin`]: the triangles that may touch the picture.
 //! * [`order`]: nearest first.
-//! * [`bin`], [`lists`]: which triangles may touch which tile of 32 x 32 pixels, in that order.
 //! * [`loose`]: how the images of small triangles far out of focus move with the lens point.
 //! * [`bunches`]: of these, sixteen at a time that lie close together.
+//! * [`lists`]: which of the others may touch which tile of 32 x 32 pixels, in that order.
 //! * [`lens_points`]: of these, the ones that a tile's lens points see there.
 //! * [`part`]: what is drawn of a tile, and what of it a box of pixels touches.
 //! * [`film`]: a tile's centre, and the function of an edge or face there.

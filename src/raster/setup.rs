@@ -11,7 +11,7 @@
 
 use super::LANES;
 use super::bounds::affine;
-use super::film::{ROUNDING, TileFilm, cross, minus};
+use super::film::{ROUNDING, TileFilm};
 use crate::simd::at_level;
 use fearless_simd::{Bytes, Level, Select, Simd, SimdBase, SimdMask, SimdNarrow, f32x16, f64x8, u32x16};
 
@@ -230,12 +230,7 @@ struct Face<S: Simd> {
 impl<S: Simd> Face<S> {
     #[inline(always)]
     fn new(simd: S, film: &TileFilm, v: &Eight<S>) -> Self {
-        let normal = cross(minus(v[1], v[0]), minus(v[2], v[0]));
-        let [x, y, z] = normal;
-        let along = x * v[0][0] + y * v[0][1] + z * v[0][2];
-        let mut plane = [along, -x * film.radius, -y * film.radius];
-        let none = [f64x8::splat(simd, 0.0); 3];
-        let mut facing = film.bilinear(normal, none);
+        let (mut facing, mut plane) = film.face(v, f64x8::splat(simd, 0.0));
         let scale = power_of_two(simd, plane[0].abs() + plane[1].abs() + plane[2].abs());
         for c in facing.iter_mut().chain(&mut plane) {
             *c *= scale;
@@ -347,7 +342,7 @@ mod tests {
     use super::testing::{at, edges, triangles};
     use super::*;
     use crate::random::Random;
-    use crate::raster::film::power_of_two_near;
+    use crate::raster::film::{cross, minus, power_of_two_near};
     use crate::raster::scatter::MARGIN;
     use crate::raster::view::{test_view, test_view_through};
     use crate::simd::SimdLevel;

@@ -17,7 +17,7 @@ use glam::DVec3;
 /// See the module.
 #[derive(Default)]
 pub(super) struct Waiting {
-    /// Their numbers among all candidates.
+    /// Their numbers among all candidates, as they were read: of those that moved since another's.
     pub numbers: [u32; LANES],
     pub candidates: [Candidate; LANES],
     /// The fourth corners of those that are quads, of triangles the third once more; of no use where there are no quads.

@@ -257,7 +257,7 @@ impl Progressive<'_> {
         let clock = execution.clock.unwrap_or(&|| 0.0);
         let late = || clock() >= end;
         let columns = self.samples.columns_and_rows().0 as usize;
-        let pixels = self.pixels();
+        let pixels = self.picture.pixels();
         let begun = clock();
         let entries = self.entries_per_pixel();
         // Fewer begin again, with all that comes before the first sample: not if that takes as long.

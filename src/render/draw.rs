@@ -70,7 +70,7 @@ pub(super) struct Step {
 #[derive(Clone, Copy)]
 pub(super) struct Work<'a> {
     pub steps: &'a [Step],
-    /// The last call with the same scratch drew the same tile.
+    /// The last call with the same scratch drew the same tile, and all regions that these steps want: triangles elsewhere are gone.
     pub is_set_up: bool,
     /// Samples share no look-up.
     pub alone: bool,

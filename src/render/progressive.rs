@@ -170,10 +170,6 @@ impl<'a> Progressive<'a> {
         (block / columns / BLOCKS * self.picture.bins.tiles_x + block % columns / BLOCKS) as usize
     }
 
-    pub(super) fn pixels(&self) -> f64 {
-        f64::from(self.picture.view.width) * f64::from(self.picture.view.height)
-    }
-
     /// Gives each block the samples `wanted`, as far as `late` allows.
     pub(super) fn round(
         &mut self,

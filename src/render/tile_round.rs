@@ -148,6 +148,7 @@ impl<'a> TileRound<'a> {
         then: ByBlock<u32>,
         forecast: Option<&Forecast>,
     ) -> Option<Drawn> {
+        // What is set up is only what the first run wanted.
         let had = |first: &Runs| (0..now.len()).any(|block| now[block] > 0 && first.changed[block] == 0);
         let (first, is_set_up) = match self.runs(now, then, false) {
             // Blocks of the pilot that had theirs go on from it as well, and no triangles are set up for them.

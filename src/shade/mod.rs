@@ -43,7 +43,7 @@ pub(crate) use sun::ShadowSun;
 pub(crate) use texels::LookUps;
 
 use crate::scene::{Mapping, Material, NONE, Sky, Sun, Surfaces};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
 /// What shading needs of a scene, in the lens frame of one camera.
@@ -57,6 +57,15 @@ pub(crate) struct Shader<'a> {
     horizon: Vec3,
     zenith: Vec3,
     up: Vec3,
+}
+
+/// What a material makes of light, each channel: what it reflects of any, what it sends by itself, and what it shows of the light from
+/// everywhere and of a sun square to it.
+struct Paint {
+    diffuse: Vec4,
+    emission: Vec4,
+    ambient: Vec4,
+    sun: Vec4,
 }
 
 impl<'a> Shader<'a> {
@@ -86,6 +95,17 @@ impl<'a> Shader<'a> {
         match self.sun {
             Some((toward, color)) => self.ambient + color * n.dot(toward).max(0.0),
             None => self.ambient,
+        }
+    }
+
+    #[inline(always)]
+    fn paint(&self, material: &Material) -> Paint {
+        let diffuse = Vec3::from(material.diffuse).extend(0.0);
+        Paint {
+            diffuse,
+            emission: Vec3::from(material.emission).extend(0.0),
+            ambient: diffuse * self.ambient.extend(0.0),
+            sun: diffuse * self.sun.map_or(Vec4::ZERO, |(_, color)| color.extend(0.0)),
         }
     }
 

@@ -9,7 +9,6 @@
 //! 0.06 RMS at f/1, whatever the number of samples), each sample has its own ([`Slope`]). What samples read from the texture comes
 //! from [`super::texels`]. One generic source for every SIMD level, product and sum apart, so the same bits.
 
-use super::Shader;
 use super::look::Look;
 use super::reads::Reads;
 use super::samples::{Places, Rays, Samples, Sums};
@@ -17,11 +16,12 @@ use super::single;
 use super::sky;
 use super::slope::Slope;
 use super::texels::{LookUps, Textured, of_groups};
+use super::{Paint, Shader};
 use crate::raster::LANES;
 use crate::raster::group::Group;
 use crate::simd::{apart, at_level};
 use fearless_simd::{Level, Simd, SimdBase, SimdMask, f32x16};
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 
 impl Shader<'_> {
     /// Adds the light of `groups`, all of which see the surface of `look`, or the sky where there is none.
@@ -56,13 +56,10 @@ fn surface<S: Simd>(
     sums: &mut Sums,
 ) {
     let material = &shader.materials[look.material as usize];
-    let diffuse = Vec3::from(material.diffuse).extend(0.0);
-    let emission = Vec3::from(material.emission).extend(0.0);
+    let Paint { diffuse, emission, ambient, sun } = shader.paint(material);
     let mut texture = Textured::new(material, look, samples);
     let slope = Slope::new(shader, look);
     let slope = slope.as_ref();
-    let ambient = diffuse * shader.ambient.extend(0.0);
-    let sun = diffuse * shader.sun.map_or(Vec4::ZERO, |(_, color)| color.extend(0.0));
     let glows = emission != Vec4::ZERO;
     let mut reads = Reads::NONE;
     for chunk in groups.chunks(LANES) {

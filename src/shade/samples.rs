@@ -246,7 +246,7 @@ impl Samples<'_> {
     }
 }
 
-/// Mean places of 16 groups.
+/// Sixteen places: of samples, or of groups on the mean.
 pub(super) struct Places<S: Simd> {
     pub u: f32x16<S>,
     pub v: f32x16<S>,

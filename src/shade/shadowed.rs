@@ -13,7 +13,7 @@ use super::shadows::SunRays;
 use super::slope::{dot, facing, set_around};
 use super::sun::{Asking, ShadowSun, SurfacePlane, directions};
 use super::texels::Textured;
-use super::{Shader, gather};
+use super::{Paint, Shader, gather};
 use crate::raster::LANES;
 use crate::raster::group::Group;
 use crate::raster::view::Batch;
@@ -214,9 +214,7 @@ fn surface<S: Simd>(
     sums: &mut Sums,
 ) {
     let material = &shader.materials[look.material as usize];
-    let [diffuse, emission] = [material.diffuse, material.emission].map(|c| Vec3::from(c).extend(0.0));
-    let color = diffuse * shader.sun.map_or(Vec4::ZERO, |(_, color)| color.extend(0.0));
-    let ambient = diffuse * shader.ambient.extend(0.0);
+    let Paint { emission, ambient, sun: color, .. } = shader.paint(material);
     let mut texture = match Textured::new(material, look, samples) {
         Some(texture) => {
             let shared = apart!(simd, texture.shared(simd, groups, &samples.places(simd, groups)));

@@ -6,16 +6,16 @@
 //! (As groups they went through sums of even and of odd samples, one of which is none, and where normals are interpolated through
 //! [`super::packed`].)
 
-use super::Shader;
 use super::look::Look;
 use super::run::away;
 use super::samples::{Samples, Sums};
 use super::slope::Slope;
 use super::texels::Textured;
+use super::{Paint, Shader};
 use crate::raster::LANES;
 use crate::raster::group::Group;
 use fearless_simd::{Simd, SimdBase};
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 
 #[inline(always)]
 pub(super) fn surface<S: Simd>(
@@ -26,12 +26,9 @@ pub(super) fn surface<S: Simd>(
     sums: &mut Sums,
 ) {
     let material = &shader.materials[look.material as usize];
-    let diffuse = Vec3::from(material.diffuse).extend(0.0);
-    let emission = Vec3::from(material.emission).extend(0.0);
+    let Paint { diffuse, emission, ambient, sun } = shader.paint(material);
     let texture = Textured::new(material, look, samples);
     let slope = Slope::new(shader, look);
-    let ambient = diffuse * shader.ambient.extend(0.0);
-    let sun = diffuse * shader.sun.map_or(Vec4::ZERO, |(_, color)| color.extend(0.0));
     let sides = look.lit.map(|light| diffuse * light.extend(0.0));
     for chunk in groups.chunks(LANES) {
         let at = samples.places(simd, chunk);
