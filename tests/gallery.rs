@@ -1,10 +1,15 @@
 //! The front door tells the truth: every example reads, solves and has its picture, what the comments claim is so,
 //! and the files that the documents name exist.
 
+#[path = "common/program.rs"]
+mod program;
+
 use groundglass::glam::DVec3;
 use groundglass::optics::{Optics, upright};
-use groundglass::scene::{SceneDescription, parse};
+use groundglass::render::{Execution, render};
+use groundglass::scene::{Budget, Scene, SceneDescription, parse};
 use groundglass::{FocusTarget, solve};
+use program::run;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -44,6 +49,43 @@ fn every_example_has_its_lesson_its_picture_and_its_place_in_the_readme() {
         assert!(readme.contains(&format!("examples/{name}.toml")), "README.md leaves out {name}");
     }
     assert!(count >= 8, "{count} examples");
+}
+
+/// Each example, drawn with fewer samples, is its picture but for chance; its diagram is the same bytes.
+#[test]
+fn the_pictures_of_the_examples_are_what_is_drawn() {
+    let pictures = root().join("examples/pictures");
+    let keep = tempfile::tempdir().unwrap();
+    for entry in fs::read_dir(&pictures).unwrap() {
+        let file = entry.unwrap().file_name().into_string().unwrap();
+        if let Some(name) = file.strip_suffix("-diagram.svg") {
+            let (scene, drawn) = (format!("examples/{name}.toml"), keep.path().join(&file));
+            let mut words = vec!["diagram", &scene, "-o", drawn.to_str().unwrap()];
+            if name == "tower" {
+                words.extend(["--section", "side"]);
+            }
+            run(&root(), &words).expect(0, &[]);
+            assert!(
+                fs::read(&drawn).unwrap() == fs::read(pictures.join(&file)).unwrap(),
+                "{file} is another"
+            );
+        } else if let Some(name) = file.strip_suffix(".png") {
+            let picture = image::open(pictures.join(&file)).unwrap().into_rgb8();
+            let mut scene = Scene::read(root().join("examples").join(name).with_extension("toml")).unwrap();
+            (scene.render.width, scene.render.height) = picture.dimensions();
+            scene.render.budget = Budget::Samples(if name == "star" { 8192 } else { 64 });
+            let drawn = render(&scene, Execution::default()).unwrap().0.to_srgb8(scene.render.exposure_ev);
+            let codes = || picture.as_raw().iter().map(|&code| f64::from(code) / 255.0);
+            let count = drawn.len() as f64;
+            let mean = codes().sum::<f64>() / count;
+            let contrast = (codes().map(|code| (code - mean) * (code - mean)).sum::<f64>() / count).sqrt();
+            let off =
+                codes().zip(&drawn).map(|(a, &b)| (a - f64::from(b) / 255.0) * (a - f64::from(b) / 255.0));
+            let off = (off.sum::<f64>() / count).sqrt();
+            println!("{name}: off by {off:.4}, contrast {contrast:.4}");
+            assert!(off < 0.15 * contrast, "{file} is another: off by {off} of a contrast of {contrast}");
+        }
+    }
 }
 
 #[test]
