@@ -133,8 +133,13 @@ impl Allocation {
     /// # Errors
     /// As [`BlockSamples::from_text`].
     pub fn from_text(width: u32, height: u32, text: &str) -> Result<Self> {
+        super::check_size(width, height)?;
         match text.parse() {
             Ok(samples @ 1..=runs::MOST_SAMPLES) => Ok(Self::Uniform(samples)),
+            Ok(samples) => {
+                let most = runs::MOST_SAMPLES;
+                Err(Error::invalid(format!("{samples} samples a pixel")).remedy(format!("give 1 to {most}")))
+            }
             _ => BlockSamples::from_text(width, height, text).map(Self::Blocks),
         }
     }
@@ -167,6 +172,15 @@ impl Allocation {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_number_is_for_all_pixels_of_a_picture_that_can_be() {
+        assert_eq!(Allocation::from_text(20, 9, "37").unwrap(), Allocation::Uniform(37));
+        assert_eq!(Allocation::from_text(20, 9, "16: 6x16").unwrap().mean(), 16.0);
+        for (size, text) in [([0, 0], "1"), ([40_000, 1], "5"), ([20, 9], "0"), ([20, 9], "4000000000")] {
+            assert!(Allocation::from_text(size[0], size[1], text).is_err(), "{size:?} {text}");
+        }
+    }
 
     #[test]
     fn text_brings_back_the_numbers() {

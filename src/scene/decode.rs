@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use image::error::LimitErrorKind;
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageBuffer, ImageDecoder, ImageFormat, ImageReader, Limits};
 use memchr::memmem;
 use rayon::prelude::*;
 
@@ -189,6 +189,19 @@ fn each<T: Sync>(
     Some(texels)
 }
 
+impl Texture {
+    /// From 8-bit sRGB and opacity, four bytes a texel, row by row from the top left, as canvases have them; none when there are not as many
+    /// bytes, no texel, or not enough memory.
+    pub fn from_srgb8(width: u32, height: u32, rgba: &[u8]) -> Option<Self> {
+        if rgba.len() as u64 != 4 * u64::from(width) * u64::from(height) {
+            return None;
+        }
+        let picture = ImageBuffer::from_raw(width, height, rgba.to_vec()).map(DynamicImage::ImageRgba8)?;
+        let texels = colours(picture)?;
+        Self::from_level(Level { width, height, texels })
+    }
+}
+
 fn colours(picture: DynamicImage) -> Option<Vec<[u16; 4]>> {
     let eight = linear_from_8();
     let l8 = |v: u8| eight[usize::from(v)];
@@ -245,7 +258,7 @@ mod tests {
     use super::*;
     use std::sync::Arc;
 
-    use image::{ImageBuffer, Luma, LumaA, Rgb, Rgba};
+    use image::{Luma, LumaA, Rgb, Rgba};
 
     fn png(picture: impl Into<DynamicImage>) -> Vec<u8> {
         let mut bytes = Cursor::new(Vec::new());
@@ -270,6 +283,17 @@ mod tests {
         assert_eq!(first(&grey, Use::Opacity)[3], 188 * 257);
         let both = png(ImageBuffer::from_pixel(1, 1, LumaA([188u16 * 257, 99])));
         assert_eq!(first(&both, Use::Opacity)[3], 99);
+    }
+
+    #[test]
+    fn bytes_of_a_canvas_are_the_texels_of_its_png() {
+        let bytes: Vec<u8> = (0..3 * 2 * 4).map(|i| (i * 37 % 256) as u8).collect();
+        let picture =
+            ImageBuffer::from_raw(3, 2, bytes.clone()).map(DynamicImage::ImageRgba8).expect("so many bytes");
+        let file = decode(&png(picture), Path::new("a.png"), Use::Diffuse).expect("decodes");
+        assert_eq!(Texture::from_srgb8(3, 2, &bytes), Some(file));
+        assert!(Texture::from_srgb8(3, 3, &bytes).is_none() && Texture::from_srgb8(3, 1, &bytes).is_none());
+        assert_eq!(Texture::from_srgb8(0, 0, &[]), None);
     }
 
     #[test]
