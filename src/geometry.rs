@@ -188,6 +188,27 @@ impl Pose {
     }
 }
 
+/// The part of a convex polygon where an affine function is not negative.
+pub(crate) fn clip(polygon: Vec<DVec3>, side: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
+    let distances: Vec<f64> = polygon.iter().map(|&p| side(p)).collect();
+    if distances.iter().all(|&d| d >= 0.0) {
+        return polygon;
+    }
+    let count = polygon.len();
+    let mut inside = Vec::with_capacity(count + 1);
+    for i in 0..count {
+        let next = (i + 1) % count;
+        let (a, b, da, db) = (polygon[i], polygon[next], distances[i], distances[next]);
+        if da >= 0.0 {
+            inside.push(a);
+        }
+        if (da >= 0.0) != (db >= 0.0) {
+            inside.push(a + (b - a) * (da / (da - db)));
+        }
+    }
+    inside
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

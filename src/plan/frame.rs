@@ -2,6 +2,7 @@
 //! the middle of the lens or from [`LENS`], their blur in pixels and what a metre between them is drawn as.
 
 use super::diffraction;
+use crate::geometry::clip;
 use crate::optics::Optics;
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
@@ -186,25 +187,4 @@ fn nearest_to_middle(corners: &[DVec2]) -> Option<DVec2> {
         .map(of_side)
         .filter(|p| p.is_finite())
         .min_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
-}
-
-/// The part of a convex polygon where an affine function is not negative.
-fn clip(polygon: Vec<DVec3>, side: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
-    let distances: Vec<f64> = polygon.iter().map(|&p| side(p)).collect();
-    if distances.iter().all(|&d| d >= 0.0) {
-        return polygon;
-    }
-    let count = polygon.len();
-    let mut inside = Vec::with_capacity(count + 1);
-    for i in 0..count {
-        let next = (i + 1) % count;
-        let (a, b, da, db) = (polygon[i], polygon[next], distances[i], distances[next]);
-        if da >= 0.0 {
-            inside.push(a);
-        }
-        if (da >= 0.0) != (db >= 0.0) {
-            inside.push(a + (b - a) * (da / (da - db)));
-        }
-    }
-    inside
 }

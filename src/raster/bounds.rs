@@ -5,6 +5,7 @@
 //! its image over the cell, `radius |dx - x(c) dw| / least w`, to both sides.
 
 use super::view::{LensCell, View};
+use crate::geometry::clip;
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, f64x8, mask64x8};
 use glam::{DVec3, DVec4};
@@ -87,32 +88,15 @@ impl Frustum {
 
     /// The corners of the part of a triangle that can be met: one polygon, or two.
     pub(crate) fn clip(&self, triangle: [DVec3; 3]) -> Vec<DVec3> {
-        let [mut corners, beyond] = [0, 1].map(|part: usize| clip(triangle.to_vec(), &self.met[part]));
+        let [mut corners, beyond] = [0, 1].map(|part: usize| within(triangle.to_vec(), &self.met[part]));
         corners.extend(beyond);
         corners
     }
 }
 
 /// The part of a polygon within these half-spaces.
-fn clip(mut polygon: Vec<DVec3>, planes: &[DVec4]) -> Vec<DVec3> {
-    for plane in planes {
-        let mut inside = Vec::with_capacity(polygon.len() + 1);
-        for (i, &a) in polygon.iter().enumerate() {
-            let b = polygon[(i + 1) % polygon.len()];
-            let (da, db) = (plane.dot(a.extend(1.0)), plane.dot(b.extend(1.0)));
-            if da >= 0.0 {
-                inside.push(a);
-            }
-            if (da >= 0.0) != (db >= 0.0) {
-                inside.push(a + (b - a) * (da / (da - db)));
-            }
-        }
-        polygon = inside;
-        if polygon.is_empty() {
-            break;
-        }
-    }
-    polygon
+fn within(polygon: Vec<DVec3>, planes: &[DVec4]) -> Vec<DVec3> {
+    planes.iter().fold(polygon, |polygon, plane| clip(polygon, |point| plane.dot(point.extend(1.0))))
 }
 
 /// The pixels that points can reach from the lens points of each cell, point by point. Those outside of the frustum
