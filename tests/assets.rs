@@ -179,7 +179,7 @@ fn each_map_lies_where_its_own_options_say() -> Result<()> {
         (["", "-s 0 -1 -o 7 0.5"], [(1.0, 0.0), (1.0, 0.0)], [(0.0, 7.0), (-1.0, 0.5)]),
         (["-o 0.5", "-o 0.5"], [(1.0, 0.5), (1.0, 0.0)], [(1.0, 0.5), (1.0, 0.0)]),
     ] {
-        for far in [0.0, 5000.0] {
+        for far in [0.0, 5000.0, 1e6] {
             let (model, warnings) = load(options, far)?;
             assert!(warnings.is_empty(), "{warnings:?}");
             for (i, corner) in model.triangles[0].texcoords.into_iter().zip(corners) {
@@ -195,6 +195,13 @@ fn each_map_lies_where_its_own_options_say() -> Result<()> {
             }
         }
     }
+    let (_, warnings) = load(["", "-s 0.3 1"], 0.0)?;
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let (_, warnings) = load(["", "-s 0.3 1"], 1e6)?;
+    assert_eq!(
+        warnings,
+        ["a.obj:9: texture coordinates so far from 0 lose digits: `map_d` has a scale of its own"]
+    );
     let (_, warnings) = load(["-s 0 1", "-s 2 2"], 0.0)?;
     assert_eq!(
         warnings,

@@ -33,16 +33,17 @@ impl Mapping {
             .filter(|m| m.scale.is_finite() && m.offset.is_finite())
     }
 
-    /// Whether whole repeats of the coordinates are whole repeats of the picture.
-    pub(crate) fn keeps_repeats(&self) -> bool {
-        self.scale == self.scale.round()
+    /// Whether so many repeats of the coordinates are whole repeats of the picture.
+    pub(crate) fn keeps(&self, repeats: f64) -> bool {
+        let turns = self.scale * repeats;
+        turns == turns.round()
     }
 }
 
 /// How a surface looks.
 ///
 /// # Guarantees
-/// Every number is finite and not negative; `coverage` is at most 1.
+/// Every number is finite, colours and coverage are not negative, and `coverage` is at most 1.
 #[derive(Clone, Debug)]
 pub struct Material {
     /// The name in the MTL; empty for the default material.
@@ -143,9 +144,13 @@ mod tests {
         let (holed, whole) = (texture([u16::MAX, 0, 0, 0]), texture([u16::MAX; 4]));
         for (opacity, holes) in [(None, 1), (Some(&whole), 1), (Some(&holed), 2)] {
             let (diffuse_map, opacity_map) = (Some(Arc::clone(&holed)), opacity.cloned());
-            let mut material = Material { diffuse_map, opacity_map, ..Material::default_surface() };
+            let own = Mapping { scale: DVec2::new(2.0, 3.0), ..Mapping::IDENTITY };
+            let opacity_mapping = own;
+            let mut material =
+                Material { diffuse_map, opacity_map, opacity_mapping, ..Material::default_surface() };
             material.leave_out(true, false, false);
-            assert_eq!(material.holed_maps().count(), holes);
+            let mappings: Vec<_> = material.holed_maps().map(|(_, mapping)| mapping).collect();
+            assert_eq!(mappings, [Mapping::IDENTITY, own][..holes]);
             let is_white =
                 |map: &Arc<Texture>| map.levels[0].texels.iter().all(|texel| texel[..3] == [u16::MAX; 3]);
             assert!(material.diffuse_map.as_ref().is_none_or(is_white));

@@ -160,7 +160,14 @@ pub(crate) fn build(
                 let uv = attributes.texcoords.get(index as usize).copied().flatten()?;
                 Some(mapping.unwrap_or(Mapping::IDENTITY).at(uv))
             };
-            let far = if near { far_repeats(list.iter().filter_map(|&index| uv(index))) } else { [0; 2] };
+            let mut far = far_repeats(list.iter().filter_map(|&index| uv(index)));
+            if far != [0; 2] && !near {
+                let message = || {
+                    "texture coordinates so far from 0 lose digits: `map_d` has a scale of its own".to_owned()
+                };
+                warnings.add(file, Some(face.line), "far vt", message);
+                far = [0; 2];
+            }
             if mapping.is_none() && far == [0; 2] {
                 texcoords.extend_from_slice(list);
             } else {
@@ -254,10 +261,12 @@ fn triples(flat: &[f64]) -> impl Iterator<Item = DVec3> + '_ {
     flat.chunks_exact(3).map(|p| DVec3::new(p[0], p[1], p[2]))
 }
 
+/// Repeats of a texture that are taken off coordinates together.
+pub(super) const STEP: f64 = 128.0;
+
 /// How many repeats of its texture a face lies from the first, where so many leave single precision too few digits (beyond 256 a
 /// thirtieth of a texel of 1024): a multiple of 128, so that neighbours mostly have the same, and still continue one another.
 fn far_repeats(uv: impl Iterator<Item = DVec2> + Clone) -> [i64; 2] {
-    const STEP: f64 = 128.0;
     if uv.clone().all(|uv| uv.abs().max_element() < 2.0 * STEP) {
         return [0; 2];
     }

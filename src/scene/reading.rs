@@ -182,10 +182,10 @@ impl Parts {
                 material,
                 mapping: looks.mappings.get(material as usize).copied().flatten(),
                 textured: looks.materials.get(material as usize).is_some_and(Material::has_map),
-                near: looks
-                    .materials
-                    .get(material as usize)
-                    .is_none_or(|m| m.opacity_mapping.keeps_repeats()),
+                near: looks.materials.get(material as usize).is_none_or(|m| {
+                    let holed = m.opacity_map.as_ref().is_some_and(|map| map.has_holes);
+                    !holed || m.opacity_mapping.keeps(obj::STEP)
+                }),
             })
             .collect();
         let plain =

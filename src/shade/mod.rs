@@ -119,7 +119,8 @@ impl<'a> Shader<'a> {
         .then(|| attributes.texcoords.map(|i| self.surfaces.texcoords[i as usize].as_dvec2()));
         let normals =
             (attributes.normals[0] != NONE).then(|| attributes.normals.map(|i| self.normals[i as usize]));
-        let opacity = Some(material.opacity_mapping).filter(|&mapping| mapping != Mapping::IDENTITY);
+        let mut mappings = material.holed_maps().map(|(_, mapping)| mapping);
+        let opacity = mappings.find(|&mapping| mapping != Mapping::IDENTITY);
         LookParts { triangle, material: attributes.material, corners, seen, texcoords, normals, opacity }
     }
 
