@@ -4,11 +4,14 @@
 use crate::error::{Error, Result};
 use crate::picture::{Allocation, check_size};
 use crate::sampling::runs::MOST_SAMPLES;
-use crate::scene::{Budget, Scene};
+use crate::scene::{BRIGHTEST, Budget, Scene};
 use glam::DVec3;
 
 /// The most blades of an aperture, as in scene files.
 const MOST_BLADES: u32 = 1000;
+
+/// The most stops of exposure either way, as there.
+const MOST_STOPS: f64 = 100.0;
 
 /// Whether such a picture can be.
 ///
@@ -42,7 +45,9 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
 /// Whether light and directions are what they are documented to be. (Of what is no number the error that is stated would be small.)
 fn check_numbers(scene: &Scene) -> Result<()> {
     let wrong = |key: &str, what: &str, remedy: &str| Err(Error::invalid(what).at_key(key).remedy(remedy));
-    let is_light = |color: DVec3| color.is_finite() && color.min_element() >= 0.0;
+    // As in scene files: single precision squares none of it away.
+    let is_light =
+        |color: DVec3| color.to_array().iter().all(|channel| (0.0..=f64::from(BRIGHTEST)).contains(channel));
     let is_direction = |v: DVec3| v.is_finite() && v != DVec3::ZERO;
     let sky = &scene.sky;
     for (key, color) in
@@ -66,8 +71,8 @@ fn check_numbers(scene: &Scene) -> Result<()> {
     if !is_direction(scene.up) {
         return wrong("camera.up", "it has no direction", "give a vector that is finite and not zero");
     }
-    if !scene.render.exposure_ev.is_finite() {
-        return wrong("render.exposure_ev", "no such exposure", "give a finite number of stops");
+    if !(-MOST_STOPS..=MOST_STOPS).contains(&scene.render.exposure_ev) {
+        return wrong("render.exposure_ev", "no such exposure", "give -100 to 100 stops");
     }
     if scene.blades.is_some_and(|blades| !blades.rotation.as_degrees().is_finite()) {
         return wrong("camera.aperture.rotation_deg", "no such angle", "give a finite number of degrees");
@@ -102,7 +107,9 @@ mod tests {
     use crate::picture::{BlockSamples, Exposure};
     use crate::quantity::Angle;
     use crate::render::{Execution, render, replay};
-    use crate::scene::{AssetLoader, Blades, LoadSettings, Memory, NONE, Placement, Sun, parse};
+    use crate::scene::{
+        AssetLoader, Attributes, Blades, LoadSettings, Memory, NONE, Placement, Sun, Surfaces, parse,
+    };
     use std::path::Path;
 
     fn scene() -> Result<Scene> {
@@ -156,6 +163,11 @@ mod tests {
             assert_eq!(refused(|scene| scene.blades = Some(blades))?.0, ErrorKind::Invalid, "{count} blades");
         }
         assert_eq!(refused(|_| ())?.1, "drawn");
+        let mut timed = scene()?;
+        timed.render.budget = Budget::Seconds(0.1);
+        let clock = || f64::NAN;
+        let error = render(&timed, Execution { clock: Some(&clock), ..Execution::default() }).err();
+        assert!(error.is_some_and(|error| error.to_string().contains("no clock")));
         Ok(())
     }
 
@@ -177,9 +189,12 @@ mod tests {
         assert_eq!(refused(sun(|sun| sun.color.x = f64::NAN))?.0, ErrorKind::Invalid);
         assert_eq!(refused(sun(|sun| sun.toward = DVec3::ZERO))?.0, ErrorKind::Invalid);
         assert_eq!(refused(sun(|sun| sun.angular_diameter = Angle::degrees(-1.0)))?.0, ErrorKind::Invalid);
-        let changes: [fn(&mut Scene); 9] = [
+        let changes: [fn(&mut Scene); 12] = [
             |scene| scene.sky.ambient.y = -1.0,
             |scene| scene.sky.zenith.y = f64::INFINITY,
+            |scene| scene.sky.horizon = DVec3::splat(1e39),
+            |scene| scene.render.exposure_ev = 200.0,
+            |scene| scene.surfaces.materials[0].opacity_mapping.offset.x = f64::NAN,
             |scene| scene.up = DVec3::NAN,
             |scene| scene.render.exposure_ev = f64::NAN,
             |scene| scene.blades = Some(Blades { count: 5, rotation: Angle::degrees(f64::NAN) }),
@@ -210,7 +225,30 @@ mod tests {
             let error = render(&scene, Execution::default()).err().map(|error| error.to_string());
             assert!(error.is_some_and(|error| error.contains("Surfaces::prepare")));
         }
-        let mut surfaces = scene()?.surfaces;
+        // Vertices that are one after welding: a quadrilateral keeps the number of its fourth.
+        let mut scene = self::scene()?;
+        let surfaces = &mut scene.surfaces;
+        *surfaces = Surfaces { materials: surfaces.materials.clone(), ..Default::default() };
+        for i in 0..200u32 {
+            let at = DVec3::new(f64::from(i % 20), f64::from(i / 20), 0.0) * 0.05;
+            let corners = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y];
+            surfaces.positions.extend(corners.map(|corner| at + corner * 0.05));
+            surfaces
+                .triangles
+                .extend([[0, 1, 2], [0, 2, 3]].map(|corners| corners.map(|corner| 4 * i + corner)));
+            let attributes = Attributes { normals: [NONE; 3], texcoords: [NONE; 3], material: 0 };
+            surfaces.attributes.extend([attributes; 2]);
+        }
+        surfaces.prepare(false)?;
+        assert!(render(&scene, Execution::default()).is_ok());
+        scene.surfaces.positions.truncate(4);
+        scene.surfaces.triangles.iter_mut().flatten().for_each(|corner| *corner %= 4);
+        let error = render(&scene, Execution::default()).err().map(|error| error.to_string());
+        assert!(error.is_some_and(|error| error.contains("Surfaces::prepare")));
+        scene.surfaces.prepare(false)?;
+        assert!(render(&scene, Execution::default()).is_ok());
+
+        let mut surfaces = self::scene()?.surfaces;
         let far = Placement { scale: 1e200, ..Placement::default() };
         assert!(surfaces.add(&model, &far).is_err() && surfaces.positions.len() == 3);
         Ok(())

@@ -27,9 +27,10 @@ impl Clusters {
     /// Triangles of a cluster.
     pub(crate) const SIZE: usize = 256;
 
-    /// How many there are, unless it is empty.
-    pub(super) fn count(&self) -> Option<usize> {
-        Some(self.0.len()).filter(|&count| count > 0)
+    /// Whether they are empty, or can be of so many triangles and vertices.
+    pub(super) fn are_of(&self, [triangles, vertices]: [usize; 2]) -> bool {
+        let is_within = |cluster: &Cluster| cluster.vertices.end as usize <= vertices;
+        self.0.is_empty() || self.0.len() == triangles.div_ceil(Self::SIZE) && self.0.iter().all(is_within)
     }
 
     pub(super) fn new(surfaces: &Surfaces) -> Self {

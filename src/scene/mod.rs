@@ -77,7 +77,7 @@ pub(crate) use outline::Outline;
 pub(crate) use schema::of as schema_of;
 pub(crate) use shape::{check as check_shape, nearest};
 pub(crate) use smooth::Smooth;
-pub(crate) use surfaces::bounds;
+pub(crate) use surfaces::{BRIGHTEST, bounds};
 
 #[cfg(test)]
 mod tests;

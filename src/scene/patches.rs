@@ -19,6 +19,8 @@ pub struct Patches {
     reference: Vec<u32>,
     /// Whether each lies in one plane.
     flat: bool,
+    /// Of how many triangles and vertices.
+    made_of: [usize; 2],
     /// Triangles of a patch that are drawn two at a time.
     pub(crate) quads: Quads,
 }
@@ -75,9 +77,9 @@ impl Patches {
         self.reference.len()
     }
 
-    /// Triangles that it was made from, unless it is empty.
-    pub(super) fn count(&self) -> Option<usize> {
-        Some(self.number.len()).filter(|&count| count > 0)
+    /// Whether they are empty, or were made of so many triangles and vertices.
+    pub(super) fn are_of(&self, made_of: [usize; 2]) -> bool {
+        self.is_empty() || self.made_of == made_of
     }
 
     /// The patch of triangle `t` and the triangle that stands for it.
@@ -121,7 +123,7 @@ impl Patches {
             })
             .collect::<Vec<_>>();
         let quads = Quads::new(surfaces, &of);
-        Self { number: of, reference, flat: coplanar, quads }
+        Self { number: of, reference, flat: coplanar, made_of: [count, surfaces.positions.len()], quads }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::clusters::Clusters;
 use super::hierarchy::Hierarchy;
-use super::material::Material;
+use super::material::{Mapping, Material};
 use super::mesh::{Model, NONE};
 use super::patches::Patches;
 use crate::error::{Error, ErrorKind, Result, memory};
@@ -42,8 +42,8 @@ pub struct Attributes {
 /// The triangles of a scene in world coordinates, metres. Loading makes whole ones; of others [`Surfaces::check`] says whether all that
 /// they name is there, without which making patches, clusters, a hierarchy or a [plan](crate::plan::RenderPlan) of them panics.
 ///
-/// Pictures need none of `patches`, `clusters` and `hierarchy`, which save time, but for shadows the last. What they say of vertices or
-/// triangles that have changed since is not true, and neither is the picture: call [`Surfaces::prepare`] again.
+/// Pictures need none of `patches`, `clusters` and `hierarchy`: they save time. What they say of vertices or triangles that have changed
+/// since is not true, and neither is the picture: call [`Surfaces::prepare`] again.
 #[derive(Clone, Debug, Default)]
 pub struct Surfaces {
     /// Vertices.
@@ -69,6 +69,9 @@ pub struct Surfaces {
 
 /// Coordinates beyond this, in metres, are refused: products of a few of them would leave the range of f64.
 const FARTHEST: f64 = 1e100;
+
+/// Most of a channel of light, as in scene files and material libraries.
+pub(crate) const BRIGHTEST: f32 = 1e9;
 
 /// Whether a vertex lies where products of coordinates stay numbers.
 fn is_near(vertex: &DVec3) -> bool {
@@ -166,16 +169,11 @@ impl Surfaces {
             return Err(Error::invalid(message).remedy("give each triangle its own"));
         }
         self.check_numbers()?;
-        let of = [
-            self.patches.count(),
-            self.hierarchy.as_ref().map(|hierarchy| hierarchy.triangles),
-            self.clusters
-                .count()
-                .map(|count| if count == triangles.div_ceil(Clusters::SIZE) { triangles } else { 0 }),
-        ];
-        if of.into_iter().flatten().any(|count| count != triangles) {
+        let made_of = [triangles, self.positions.len()];
+        let hierarchy = self.hierarchy.as_ref().is_none_or(|hierarchy| hierarchy.triangles == triangles);
+        if !(hierarchy && self.patches.are_of(made_of) && self.clusters.are_of(made_of)) {
             return Err(Error::invalid(
-                "triangles were added or left out since patches, clusters or the hierarchy were made",
+                "patches, clusters or the hierarchy are of other triangles or vertices",
             )
             .remedy("call Surfaces::prepare"));
         }
@@ -220,14 +218,20 @@ impl Surfaces {
             ))
             .remedy("leave it out, or mend the mesh"));
         }
-        let is_light = |channel: &f32| *channel >= 0.0 && channel.is_finite();
         let wrong = |material: &Material| {
-            let colours = material.diffuse.iter().chain(&material.emission);
-            !(colours.into_iter().all(is_light) && (0.0..=1.0).contains(&material.coverage))
+            let mut colours = material.diffuse.iter().chain(&material.emission);
+            let Mapping { scale, offset } = material.opacity_mapping;
+            let are_colours = colours.all(|channel| (0.0..=BRIGHTEST).contains(channel));
+            !(are_colours
+                && (0.0..=1.0).contains(&material.coverage)
+                && scale.is_finite()
+                && offset.is_finite())
         };
         match self.materials.iter().position(wrong) {
-            Some(at) => Err(Error::invalid(format!("a colour or the coverage of material {at} is none"))
-                .remedy("give colours that are finite and not negative, and a coverage of 0 to 1")),
+            Some(at) => {
+                Err(Error::invalid(format!("a colour, the coverage or the mapping of material {at} is none"))
+                    .remedy("give colours of 0 to 1e9, a coverage of 0 to 1, and a finite mapping"))
+            }
             None => Ok(()),
         }
     }
