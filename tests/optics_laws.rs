@@ -337,6 +337,17 @@ fn cameras_without_film_place_or_near_distance_have_no_optics() {
             (Limit::Camera, Limit::Camera)
         );
     }
+    let turns: [fn(&mut Camera) -> &mut Angle; 3] =
+        [|camera| &mut camera.rear.tilt, |camera| &mut camera.rear.swing, |camera| &mut camera.front.tilt];
+    for turn in turns {
+        let mut broken = one_camera();
+        *turn(&mut broken) = Angle::degrees(f64::NAN);
+        let why = solve(&broken, &FocusTarget::Distance(3.0), Adjust::Front).unwrap_err();
+        assert_eq!(
+            (why.limit, upright(&broken, DVec3::Y).unwrap_err().limit),
+            (Limit::Camera, Limit::Camera)
+        );
+    }
     let optics = Optics::new(&one_camera()).unwrap();
     for c in [f64::NAN, -1e-4, f64::INFINITY] {
         assert!(optics.depth_of_field(c).is_none() && optics.merklinger_limits(c).is_none());
