@@ -6,13 +6,13 @@
 use super::effects::EffectArguments;
 use super::input::{self, MemoryArguments, SceneArguments};
 use super::machine;
-use super::probe::{self, PROBE, Probe};
+use super::probe::{self, PROBE, Probe, Shadowed};
 use super::values::{Pixels, Positive};
 use super::{interrupt, optics_words, report};
 use groundglass::error::Result;
 use groundglass::plan::RenderPlan;
 use groundglass::render::Execution;
-use groundglass::scene::{Budget, EffectName, EffectSet, Patches, Scene};
+use groundglass::scene::{Budget, EffectName, EffectSet, Scene};
 use serde::Serialize;
 
 #[derive(Debug, clap::Args)]
@@ -101,12 +101,16 @@ fn explain(scene: &mut Scene, execution: Execution<'_>) -> Result<Explanation> {
     let absent = EffectName::ALL.map(|name| is_absent(&plan, scene, name));
     // What each effect is measured by: the places of two pictures, if the scene can have it.
     let (mut probes, mut pairs) = (vec![Probe::new(scene, active)], Vec::new());
+    let mut shadowed = Shadowed::default();
     // Soft shadows are compared with hard ones, also where there are none.
     let mut hard = 0;
     for (name, absent) in EffectName::ALL.into_iter().zip(absent) {
         // Nothing can be measured where the picture would be refused.
-        let found =
-            if absent || scene.optics.film_reaches_aperture() { None } else { other(scene, active, name) };
+        let found = if absent || scene.optics.film_reaches_aperture() {
+            None
+        } else {
+            other(scene, active, name, &mut shadowed)
+        };
         pairs.push(found.map(|other| {
             probes.push(other);
             let place = probes.len() - 1;
@@ -117,7 +121,7 @@ fn explain(scene: &mut Scene, execution: Execution<'_>) -> Result<Explanation> {
         }));
     }
     if pairs.iter().any(Option::is_some) {
-        probe::measure(scene, &mut probes, execution)?;
+        probe::measure(scene, &mut probes, &mut shadowed, execution)?;
     }
     let effects = plan.effects().iter().zip(absent).zip(pairs).map(|((effect, absent), pair)| {
         let measured = match pair.map(|pair| pair.map(|place| &probes[place])) {
@@ -162,20 +166,24 @@ fn is_absent(plan: &RenderPlan, scene: &Scene, name: EffectName) -> bool {
 
 /// What the scene is compared with: an active effect left out; another one added, as `--with` does. None where the scene
 /// cannot have it.
-fn other(scene: &mut Scene, active: EffectSet, name: EffectName) -> Option<Probe> {
+fn other(scene: &mut Scene, active: EffectSet, name: EffectName, shadowed: &mut Shadowed) -> Option<Probe> {
     if active.has(name) {
         return Some(Probe::new(scene, active.set(name, false)));
     }
     let before = (scene.render, scene.sun);
-    let is_shady = scene.surfaces.hierarchy.is_some();
-    let patches = if is_shady { Patches::default() } else { scene.surfaces.patches.clone() };
+    // Of a picture without shadows other triangles are shaded together.
+    let is_shadow = matches!(name, EffectName::Shadows | EffectName::SoftShadows);
+    let has_own = is_shadow && scene.surfaces.hierarchy.is_none();
+    if has_own {
+        shadowed.exchange(&mut scene.surfaces);
+    }
     let with = EffectArguments { with: vec![name], ..EffectArguments::default() }.apply(scene);
     let active = if name == EffectName::SoftShadows { active.set(EffectName::Shadows, true) } else { active };
     let mut probe = Probe::new(scene, active.set(name, true));
     (scene.render, scene.sun) = before;
-    if !is_shady && scene.surfaces.hierarchy.is_some() {
-        // Of the picture without shadows other triangles are shaded together.
-        probe.keep(std::mem::replace(&mut scene.surfaces.patches, patches), scene.surfaces.hierarchy.take());
+    if has_own {
+        shadowed.exchange(&mut scene.surfaces);
+        probe.is_shadowed = true;
     }
     with.is_ok().then_some(probe)
 }

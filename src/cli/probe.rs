@@ -25,14 +25,27 @@ pub(super) const TWIN: u64 = 0x9e37_79b9_7f4a_7c15;
 pub(super) struct Probe {
     settings: PictureSettings,
     sun: Option<Sun>,
-    /// What its surfaces have where the scene's have something else: which are shaded together, and what the sun's rays go by.
-    own: Option<(Patches, Option<Hierarchy>)>,
+    /// Whether it is drawn with what [`Shadowed`] holds.
+    pub(super) is_shadowed: bool,
     /// Of the first two rounds, of different samples.
     pictures: Vec<Exposure>,
     /// What it took, round by round.
     seconds: Vec<f64>,
     /// Whether the scene cannot have it, such as diffraction that bends light to where there is no film.
     pub(super) is_refused: bool,
+}
+
+/// What a scene's surfaces have in pictures with shadows, where the scene's own has none: which are shaded together, and what the sun's
+/// rays go by.
+#[derive(Default)]
+pub(super) struct Shadowed(Patches, Option<Hierarchy>);
+
+impl Shadowed {
+    /// Puts them into the surfaces, and keeps what was there; and back.
+    pub(super) fn exchange(&mut self, surfaces: &mut Surfaces) {
+        std::mem::swap(&mut self.0, &mut surfaces.patches);
+        std::mem::swap(&mut self.1, &mut surfaces.hierarchy);
+    }
 }
 
 /// Width and height of a small picture of the same shape.
@@ -60,31 +73,29 @@ impl Probe {
         settings.budget = Budget::Samples(PROBE.1);
         settings.effects = EffectChoice { all: false, with: active, without: active.others() };
         let (pictures, seconds) = (Vec::new(), Vec::new());
-        Self { settings, sun: scene.sun, own: None, pictures, seconds, is_refused: false }
+        Self { settings, sun: scene.sun, is_shadowed: false, pictures, seconds, is_refused: false }
     }
 
-    /// Its surfaces have these, not the scene's.
-    pub(super) fn keep(&mut self, patches: Patches, hierarchy: Option<Hierarchy>) {
-        self.own = Some((patches, hierarchy));
-    }
-
-    fn exchange(&mut self, surfaces: &mut Surfaces) {
-        if let Some((patches, hierarchy)) = &mut self.own {
-            std::mem::swap(patches, &mut surfaces.patches);
-            std::mem::swap(hierarchy, &mut surfaces.hierarchy);
-        }
-    }
-
-    fn draw(&mut self, scene: &mut Scene, round: usize, execution: Execution<'_>) -> Result<()> {
+    fn draw(
+        &mut self,
+        scene: &mut Scene,
+        shadowed: &mut Shadowed,
+        round: usize,
+        execution: Execution<'_>,
+    ) -> Result<()> {
         (scene.render, scene.sun) = (self.settings, self.sun);
         if round % 2 == 1 {
             scene.render.seed = scene.render.seed.wrapping_add(TWIN);
         }
-        self.exchange(&mut scene.surfaces);
+        if self.is_shadowed {
+            shadowed.exchange(&mut scene.surfaces);
+        }
         let start = Instant::now();
         let drawn = render(scene, execution);
         let seconds = start.elapsed().as_secs_f64();
-        self.exchange(&mut scene.surfaces);
+        if self.is_shadowed {
+            shadowed.exchange(&mut scene.surfaces);
+        }
         let (picture, _) = drawn?;
         self.seconds.push(seconds);
         if round < 2 {
@@ -122,7 +133,12 @@ pub(super) fn median(numbers: &mut [f64]) -> f64 {
 
 /// Draws all probes of the scene, whose settings and sun it changes. The first is of the scene as it is; another that is refused is
 /// left out.
-pub(super) fn measure(scene: &mut Scene, probes: &mut [Probe], execution: Execution<'_>) -> Result<()> {
+pub(super) fn measure(
+    scene: &mut Scene,
+    probes: &mut [Probe],
+    shadowed: &mut Shadowed,
+    execution: Execution<'_>,
+) -> Result<()> {
     let progress = Progress::with_lines();
     let (start, count) = (Instant::now(), probes.len());
     let may_take = SECONDS * count as f64;
@@ -136,7 +152,7 @@ pub(super) fn measure(scene: &mut Scene, probes: &mut [Probe], execution: Execut
             if probes[place].is_refused {
                 continue;
             }
-            match probes[place].draw(scene, round, execution) {
+            match probes[place].draw(scene, shadowed, round, execution) {
                 Err(error) if place > 0 && error.kind() == ErrorKind::Invalid => {
                     probes[place].is_refused = true
                 }
