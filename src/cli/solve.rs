@@ -139,11 +139,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             )
             .remedy("give --adjust front"));
         }
-        camera = upright(&camera, scene.up).map_err(|why| Error::from(why).in_file(input.name()))?;
+        camera = match upright(&camera, scene.up) {
+            Ok(camera) => camera,
+            Err(why) => return refuse(arguments, &input.name(), Place::default(), why),
+        };
     }
     let solved = match solve(&camera, &focus.target, focus.adjust) {
         Ok(solved) => solved,
-        Err(why) => return refuse(arguments, &input.name(), &focus, why),
+        Err(why) => return refuse(arguments, &input.name(), focus.place, why),
     };
     let optics = Optics::new(&solved)?;
     if let Some(target) = &arguments.write {
@@ -168,7 +171,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// No movement does it: says which limit stops it, and the nearest plane that can be had.
-fn refuse(arguments: &Arguments, file: &str, focus: &Focus, why: Unsolvable) -> Result<()> {
+fn refuse(arguments: &Arguments, file: &str, place: Place, why: Unsolvable) -> Result<()> {
     if arguments.json {
         report::print_json(&Answer {
             solved: false,
@@ -194,7 +197,7 @@ fn refuse(arguments: &Arguments, file: &str, focus: &Focus, why: Unsolvable) -> 
     if arguments.upright {
         remedy.push_str("; without --upright more can be had");
     }
-    Err(Error::no_solution(why.message).at(focus.place.clone()).in_file(file).remedy(remedy))
+    Err(Error::no_solution(why.message).at(place).in_file(file).remedy(remedy))
 }
 
 /// Writes the scene with the movements found and without its target.

@@ -62,9 +62,7 @@ impl FromStr for PointSet {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::ALL.into_iter().find(|set| set.name() == text);
-        found.ok_or_else(|| {
-            format!("there is no point set `{text}`: they are {}", Self::ALL.map(Self::name).join(", "))
-        })
+        found.ok_or_else(|| format!("the point sets are {}", Self::ALL.map(Self::name).join(", ")))
     }
 }
 

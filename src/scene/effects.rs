@@ -71,9 +71,7 @@ impl FromStr for EffectName {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::ALL.into_iter().find(|effect| effect.name() == text);
-        found.ok_or_else(|| {
-            format!("there is no effect `{text}`: they are {}", Self::ALL.map(Self::name).join(", "))
-        })
+        found.ok_or_else(|| format!("the effects are {}", Self::ALL.map(Self::name).join(", ")))
     }
 }
 

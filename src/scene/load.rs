@@ -26,7 +26,7 @@ pub struct Scene {
     pub optics: Optics,
     /// Shape of the aperture; `None` is a disk.
     pub blades: Option<Blades>,
-    /// The world's upward direction, of any length but zero.
+    /// The world's upward direction, of unit length.
     pub up: DVec3,
     /// Diameter on the film that counts as sharp.
     pub circle_of_confusion: Length,
@@ -115,7 +115,7 @@ pub struct LoadSettings<'a> {
     pub progress: Option<&'a Progress<'a>>,
     /// Width of the picture in pixels, in place of the file's.
     pub width: Option<u32>,
-    /// Threads to load on; `None` for as many as the machine has.
+    /// Threads to load on, 1024 at most; `None` for as many as the machine has.
     pub threads: Option<usize>,
     /// Most memory that loading may take, and what is loaded, in bytes; never more than [`Source::room`], which alone counts for `None`.
     pub memory: Option<u64>,
@@ -235,8 +235,8 @@ fn named_by(error: Error, scene: &str, place: &Place) -> Error {
 
 impl Scene {
     /// A scene that was made in memory: these surfaces under the sky that scene files have by default, without a sun, in a picture `width`
-    /// pixels wide whose height follows from the film's shape, with 256 samples. The fields can be set afterwards; for shadows call
-    /// [`Surfaces::prepare`] on the surfaces.
+    /// pixels wide whose height follows from the film's shape, with 256 samples. The fields can be set afterwards; where the sun casts
+    /// shadows [`Surfaces::prepare`] saves finding what stands before it with each picture.
     ///
     /// # Errors
     /// [`Invalid`](crate::error::ErrorKind::Invalid) for surfaces that [`Surfaces::check`] refuses and a width of 0;
@@ -264,7 +264,7 @@ impl Scene {
         Ok(Self {
             blades: None,
             up: DVec3::Y,
-            circle_of_confusion: Length::metres(film.diagonal() / 1500.0),
+            circle_of_confusion: Length::metres(film.usual_circle()),
             surfaces,
             sun: None,
             sky: Sky::default(),

@@ -341,3 +341,13 @@ fn a_pinhole_needs_no_f_number() {
     assert!(matches!(describe(&text).unwrap().camera.aperture, Aperture::FNumber(_)));
     assert!(describe(&CAMERA.replace("f_number = 5.6", "pinhole = false")).is_err());
 }
+
+#[test]
+fn a_scene_made_in_memory_is_what_a_file_gives_that_says_nothing_more() {
+    let files = super::Memory::new().with("a.obj", b"v -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".as_slice());
+    let text = format!("{CAMERA}[[mesh]]\npath = \"a.obj\"\n");
+    let read = describe(&text).unwrap().load(&files, std::path::Path::new(""), None).unwrap();
+    let made = super::Scene::new(read.optics.clone(), read.surfaces.clone(), read.render.width).unwrap();
+    assert_eq!((made.up, made.circle_of_confusion, made.sky), (read.up, read.circle_of_confusion, read.sky));
+    assert_eq!((made.sun, made.blades, made.render), (read.sun, read.blades, read.render));
+}

@@ -33,7 +33,7 @@ impl SceneFile {
                 .remedy("give f_number instead of pinhole, or set diffraction = false"));
         }
         let circle = tables.focus.as_ref().and_then(|table| table.circle_of_confusion_mm);
-        let circle = circle.map_or(Length::metres(camera.film.diagonal() / 1500.0), Length::millimetres);
+        let circle = circle.map_or(Length::metres(camera.film.usual_circle()), Length::millimetres);
         Ok(SceneDescription {
             document: document.clone(),
             up: direction(document, "camera.up", tables.camera.up)?,

@@ -154,7 +154,7 @@ impl<'a> SideView<'a> {
     pub fn new(optics: &'a Optics) -> Self {
         Self {
             optics,
-            circle: optics.camera().film.diagonal() / 1500.0,
+            circle: optics.camera().film.usual_circle(),
             triangles: &[],
             up: DVec3::Y,
             section: Section::Auto,
