@@ -45,7 +45,7 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
 /// Whether light and directions are what they are documented to be. (Of what is no number the error that is stated would be small.)
 fn check_numbers(scene: &Scene) -> Result<()> {
     let wrong = |key: &str, what: &str, remedy: &str| Err(Error::invalid(what).at_key(key).remedy(remedy));
-    // As in scene files: single precision squares none of it away.
+    // As in scene files: what single precision holds, and its products.
     let is_light =
         |color: DVec3| color.to_array().iter().all(|channel| (0.0..=f64::from(BRIGHTEST)).contains(channel));
     let is_direction = |v: DVec3| v.is_finite() && v != DVec3::ZERO;
@@ -54,12 +54,12 @@ fn check_numbers(scene: &Scene) -> Result<()> {
         [("sky.ambient", sky.ambient), ("sky.horizon", sky.horizon), ("sky.zenith", sky.zenith)]
     {
         if !is_light(color) {
-            return wrong(key, "no such light", "give three finite numbers, none negative");
+            return wrong(key, "no such light", "give three numbers of 0 to 1e9");
         }
     }
     if let Some(sun) = &scene.sun {
         if !is_light(sun.color) {
-            return wrong("sun.color", "no such light", "give three finite numbers, none negative");
+            return wrong("sun.color", "no such light", "give three numbers of 0 to 1e9");
         }
         if !is_direction(sun.toward) {
             return wrong("sun.toward", "it has no direction", "give a vector that is finite and not zero");

@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 
 use super::material::Mapping;
 use super::normalize::{in_other_case, miswritten, shown};
+use super::surfaces::BRIGHTEST;
 use super::text::{Statement, number, readings, squeezed, statements};
 use super::warnings::Warnings;
 use crate::error::{Error, Result};
@@ -82,9 +83,6 @@ pub(crate) fn read(bytes: &[u8], file: &str, warnings: &mut Warnings) -> Result<
     }
     Ok(entries)
 }
-
-/// Most of a channel of a colour; the scene's own lights have the same limit.
-const BRIGHTEST: f64 = 1e9;
 
 /// Most of a scale or an offset of texture coordinates.
 const FARTHEST: f64 = 1e9;
@@ -164,12 +162,11 @@ impl Work<'_> {
         if colour.iter().any(|&value| value < 0.0) {
             self.warn(statement, "negative", || format!("`{keyword}` is negative; 0 is used"));
         }
-        if colour.iter().any(|&value| value > BRIGHTEST) {
-            self.warn(statement, "bright", || {
-                format!("`{keyword}` is more than {BRIGHTEST:e}; that is used")
-            });
+        let most = f64::from(BRIGHTEST);
+        if colour.iter().any(|&value| value > most) {
+            self.warn(statement, "bright", || format!("`{keyword}` is more than {most:e}; that is used"));
         }
-        let [r, g, b] = colour.map(|value| value.clamp(0.0, BRIGHTEST));
+        let [r, g, b] = colour.map(|value| value.clamp(0.0, most));
         let _ = writeln!(self.text, "{keyword} {r} {g} {b}");
     }
 

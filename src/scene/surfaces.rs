@@ -70,7 +70,7 @@ pub struct Surfaces {
 /// Coordinates beyond this, in metres, are refused: products of a few of them would leave the range of f64.
 const FARTHEST: f64 = 1e100;
 
-/// Most of a channel of light, as in scene files and material libraries.
+/// Most of a channel of light, in scene files and material libraries too.
 pub(crate) const BRIGHTEST: f32 = 1e9;
 
 /// Whether a vertex lies where products of coordinates stay numbers.
