@@ -247,3 +247,26 @@ fn words(explanation: &Explanation) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use groundglass::render::render;
+
+    #[test]
+    fn asking_what_shadows_would_cost_leaves_the_scene_as_it_was() {
+        let mut scene = Scene::read("examples/wall.toml").unwrap();
+        (scene.render.width, scene.render.height) = (16, 13);
+        scene.render.budget = Budget::Samples(1);
+        let count = |scene: &Scene| render(scene, Execution::default()).unwrap().1.surfaces;
+        let (before, mut shadowed) = (count(&scene), Shadowed::default());
+        for name in [EffectName::Shadows, EffectName::SoftShadows] {
+            let probe = other(&mut scene, EffectSet::default(), name, &mut shadowed).unwrap();
+            assert!(probe.is_shadowed && scene.surfaces.hierarchy.is_none());
+            assert_eq!(count(&scene), before, "{name}");
+        }
+        // With shadows surfaces lie in one plane each.
+        shadowed.exchange(&mut scene.surfaces);
+        assert!(scene.surfaces.hierarchy.is_some() && count(&scene) > before);
+    }
+}
