@@ -67,14 +67,16 @@ fn check(svg: &str) -> Vec<usize> {
         let values: Vec<_> = values.into_iter().zip(numbers(series.attribute("data-y").unwrap())).collect();
         let pages: Vec<[f64; 2]> = values.iter().map(|&(u, v)| [x(u), y(v)]).collect();
         let close = |p: [f64; 2], q: [f64; 2]| libm::hypot(p[0] - q[0], p[1] - q[1]) < 0.002;
-        if let Some(line) = series.children().find(part("line")) {
+        let (line, markers) = (series.children().find(part("line")), series.children().find(part("marker")));
+        assert!(line.is_some() || markers.is_some(), "a series without line and markers");
+        if let Some(line) = line {
             let d = line.first_element_child().unwrap().attribute("d").unwrap().replace(['M', 'L'], " ");
             let corners: Vec<[f64; 2]> = numbers(&d).chunks(2).map(|c| [c[0], c[1]]).collect();
             for page in &pages {
                 assert!(corners.iter().any(|c| close(*c, *page)), "no corner at {page:?}");
             }
         }
-        if let Some(markers) = series.children().find(part("marker")) {
+        if let Some(markers) = markers {
             let marks: Vec<_> = markers.children().filter(|n| n.is_element()).collect();
             assert_eq!(marks.len(), pages.len());
             for (mark, page) in marks.iter().zip(&pages) {
@@ -102,6 +104,21 @@ fn check(svg: &str) -> Vec<usize> {
 fn drawn_points_stand_on_their_values() {
     let svg = draw(LOG, Changes::default()).unwrap().to_svg().unwrap();
     assert_eq!(check(&svg), [3, 3]);
+    // Bars end at what is added and taken away.
+    let tree = roxmltree::Document::parse(&svg).unwrap();
+    let part = |name: &'static str| move |n: &roxmltree::Node| n.attribute("data-part") == Some(name);
+    let chart = tree.descendants().find(part("chart")).unwrap();
+    let (x, y) = (axis(chart.attribute("data-x").unwrap()), axis(chart.attribute("data-y").unwrap()));
+    let bars = chart.descendants().find(part("error-bar")).unwrap();
+    for (n, rms, sigma) in [(16.0, 0.06, 0.004), (64.0, 0.03, 0.002), (256.0, 0.015, 0.001)] {
+        let ends = [x(n), y(rms - sigma), x(n), y(rms + sigma)];
+        let is_bar = |line: roxmltree::Node| {
+            let at = |key: &str| line.attribute(key).and_then(|at| at.parse().ok()).unwrap_or(f64::NAN);
+            let found = [at("x1"), at("y1").max(at("y2")), at("x2"), at("y1").min(at("y2"))];
+            found.iter().zip(ends).all(|(found, end)| (found - end).abs() < 0.002)
+        };
+        assert!(bars.descendants().any(is_bar), "no bar from {} to {} at {n}", rms - sigma, rms + sigma);
+    }
     let linear = "kind = \"plot\"\ndata = \"t.json\"\ntable = \"/runs\"\n[[series]]\nname = \"t\"\nx_column = \"n\"\ny_column = \"t\"\n";
     assert_eq!(check(&draw(linear, Changes::default()).unwrap().to_svg().unwrap()), [3]);
     // A given end cuts off what lies beyond.
@@ -294,6 +311,40 @@ fn maps_have_a_row_for_each_cell_and_labels_apart() {
         assert!(error.contains(said), "{error}");
     }
     check_names(&map("100000,0,1\n300000,0,2\n100000,1,1\n300000,1,2\n").unwrap(), "wide labels");
+}
+
+/// A cell is of the colour that the legend gives to its band: what is painted last over its middle.
+#[test]
+fn cells_have_the_colours_of_their_bands() {
+    let svg = map("0,0,0.5\n1,0,1.5\n0,1,3\n1,1,\n").unwrap().to_svg().unwrap();
+    let tree = roxmltree::Document::parse(&svg).unwrap();
+    let part = |name: &'static str| move |n: &roxmltree::Node| n.attribute("data-part") == Some(name);
+    let legend = tree.descendants().find(part("legend")).unwrap();
+    let samples = legend.children().filter_map(|n| n.attribute("fill")).collect::<Vec<_>>();
+    assert_eq!(samples.len(), 4, "three bands and what is empty: {samples:?}");
+    let charts: Vec<_> = tree.descendants().filter(part("chart")).collect();
+    assert_eq!(charts.len(), 2);
+    for chart in charts {
+        let (x, y) = (axis(chart.attribute("data-x").unwrap()), axis(chart.attribute("data-y").unwrap()));
+        let cells = chart.children().find(part("cells")).unwrap();
+        for ((u, v), color) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].into_iter().zip(&samples) {
+            let (u, v) = (x(u), y(v));
+            let covers = |path: &roxmltree::Node| {
+                let parts =
+                    path.attribute("d").unwrap_or_default().split('Z').filter(|part| !part.is_empty());
+                parts.map(|part| numbers(&part.replace(['M', 'L'], " "))).any(|c| {
+                    let range = |k: usize| c.iter().skip(k).step_by(2).copied();
+                    let within = |k: usize, at: f64| {
+                        range(k).fold(f64::INFINITY, f64::min) < at
+                            && at < range(k).fold(f64::NEG_INFINITY, f64::max)
+                    };
+                    within(0, u) && within(1, v)
+                })
+            };
+            let shown = cells.children().rfind(covers).and_then(|path| path.attribute("fill"));
+            assert_eq!(shown, Some(*color), "at {u}, {v}");
+        }
+    }
 }
 
 #[test]
