@@ -8,9 +8,9 @@
 
 use super::Shader;
 use super::coordinates::Coordinates;
-use super::filter::{self, Anchor, Choice};
+use super::filter::{self, Choice};
 use super::gather::holes;
-use super::look::{Bilinear4, Look};
+use super::look::{Look, Placed};
 use super::texels::of_first;
 use crate::raster::kernel::Hit;
 use crate::raster::view::Batch;
@@ -33,13 +33,10 @@ impl Shader<'_> {
         key: impl Fn(u16, usize) -> u64,
     ) {
         let material = &self.materials[look.material as usize];
-        if let Some(functions) = &look.texture {
+        if let Some(texture) = &look.texture {
             for (map, mapping) in material.holed_maps() {
-                let place = match &look.opacity {
-                    Some(opacity) if mapping != Mapping::IDENTITY => (&opacity.functions, opacity.anchor),
-                    _ => (functions, look.anchor),
-                };
-                at_level!(level, simd => solid(simd, map, place, batch, hits, &corner));
+                let own = look.opacity.as_deref().filter(|_| mapping != Mapping::IDENTITY);
+                at_level!(level, simd => solid(simd, map, own.unwrap_or(texture), batch, hits, &corner));
             }
         }
         if material.coverage < 1.0 {
@@ -63,12 +60,12 @@ impl Shader<'_> {
 fn solid<S: Simd>(
     simd: S,
     map: &Texture,
-    (functions, anchor): (&Bilinear4, Anchor),
+    placed: &Placed,
     batch: &Batch,
     hits: &mut [Hit],
     corner: &impl Fn(u16) -> Vec2,
 ) {
-    let coordinates = Coordinates::of_batch(simd, functions, batch);
+    let coordinates = Coordinates::of_batch(simd, &placed.functions, batch);
     let size = filter::size(map);
     for hit in hits {
         let corner = corner(hit.block);
@@ -79,7 +76,7 @@ fn solid<S: Simd>(
         while rest != 0 {
             let (level, same) = of_first(simd, levels, rest);
             rest &= !same;
-            if let Some(choice) = Choice::alpha(map, level, anchor) {
+            if let Some(choice) = Choice::alpha(map, level, placed.anchor) {
                 hit.lanes &= !holes(simd, choice, at, same);
             }
         }

@@ -25,9 +25,8 @@ pub(crate) struct Placed {
 #[derive(Clone, Debug)]
 pub(crate) struct Look {
     pub material: u32,
-    /// As [`Placed`] from `anchor`.
-    pub texture: Option<Bilinear4>,
-    pub anchor: Anchor,
+    /// Where its textures lie.
+    pub texture: Option<Placed>,
     /// Where `map_d` lies by itself: seldom.
     pub opacity: Option<Box<Placed>>,
     /// The normal times that sum; for flat triangles `face` counts.
@@ -104,14 +103,12 @@ impl Look {
             let functions = sum(t.map(|uv| DVec4::new(uv.x - start.x, (1.0 - uv.y) - start.y, 1.0, 0.0)));
             Placed { functions, anchor }
         };
-        let texture = texcoords.map(placed);
         let elsewhere = |mapping: Mapping| Some(Box::new(placed(texcoords?.map(|uv| mapping.at(uv)))));
         // Equal normals make a flat triangle: nothing to interpolate.
         let flat = normals.filter(|[a, b, c]| a == b && b == c);
         Self {
             material,
-            anchor: texture.as_ref().map_or([0; 2], |texture| texture.anchor),
-            texture: texture.map(|texture| texture.functions),
+            texture: texcoords.map(placed),
             opacity: opacity.and_then(elsewhere),
             normal: normals.filter(|_| flat.is_none()).map(|n| sum(n.map(|n| n.as_dvec3().extend(0.0)))),
             face: match flat {

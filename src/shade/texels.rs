@@ -11,7 +11,7 @@
 use super::coordinates::{Coordinates, reaches};
 use super::filter::{self, Choice};
 use super::gather;
-use super::look::{Bilinear4, Look};
+use super::look::{Look, Placed};
 use super::packed::Packed;
 use super::reads::{Reads, Waiting};
 use super::samples::{Places, Samples};
@@ -30,9 +30,8 @@ const DENSE: u32 = 8;
 /// A surface's texture in a tile, for up to four batches of samples.
 pub(super) struct Textured<'a, S: Simd> {
     map: &'a Texture,
-    look: &'a Look,
     samples: &'a Samples<'a>,
-    functions: &'a Bilinear4,
+    placed: &'a Placed,
     /// At the samples of each batch, as functions of their block's place; none before a group's samples look by themselves, which
     /// most surfaces' do not.
     coordinates: [Option<Coordinates<S>>; BATCHES],
@@ -63,8 +62,8 @@ impl<'a, S: Simd> Textured<'a, S> {
     /// None without a texture.
     #[inline(always)]
     pub(super) fn new(material: &'a Material, look: &'a Look, samples: &'a Samples<'a>) -> Option<Self> {
-        let (map, functions) = (material.diffuse_map.as_deref()?, look.texture.as_ref()?);
-        Some(Self { map, look, samples, functions, coordinates: [None; BATCHES] })
+        let (map, placed) = (material.diffuse_map.as_deref()?, look.texture.as_ref()?);
+        Some(Self { map, samples, placed, coordinates: [None; BATCHES] })
     }
 
     /// Adds what `groups`, whose mean places are `at`, read; with a slope, also by the light that each sample receives.
@@ -95,7 +94,7 @@ impl<'a, S: Simd> Textured<'a, S> {
         let mut rest = of_groups(groups) & !shared;
         while rest != 0 {
             let (level, same) = of_first(simd, levels, rest);
-            if let Some(choice) = Choice::colour(self.map, level, self.look.anchor) {
+            if let Some(choice) = Choice::colour(self.map, level, self.placed.anchor) {
                 let sparse = match (slope, self.samples.falloff) {
                     (None, None) => apart!(simd, self.full(simd, choice, (groups, same), look_ups, reads)),
                     _ => lanes_of(groups, same),
@@ -110,7 +109,7 @@ impl<'a, S: Simd> Textured<'a, S> {
     #[inline(always)]
     pub(super) fn shared(&self, simd: S, groups: &[Group], at: &Places<S>) -> Shared<S> {
         let (map, size) = (self.map, filter::size(self.map));
-        let coordinates = Coordinates::new(self.functions, at.u, at.v);
+        let coordinates = Coordinates::new(&self.placed.functions, at.u, at.v);
         let spots = coordinates.at(simd, at.x, at.y);
         let places = spots.usable(simd);
         let levels = filter::colour_levels(simd, coordinates.width_squared(&spots, size));
@@ -119,11 +118,11 @@ impl<'a, S: Simd> Textured<'a, S> {
             let finest = if self.samples.alone || map.smooth.is_empty() {
                 None
             } else {
-                Choice::colour(map, 0, self.look.anchor)
+                Choice::colour(map, 0, self.placed.anchor)
             };
             if let Some(choice) = finest {
                 let ranges = self.samples.means.ranges;
-                let [right, down] = reaches(self.functions, &coordinates, at, &spots, ranges, size);
+                let [right, down] = reaches(&self.placed.functions, &coordinates, at, &spots, ranges, size);
                 let reach = f32x16::splat(simd, Smooth::REACH);
                 let near = (right.simd_le(reach) & down.simd_le(reach)).to_bitmask() as u16;
                 which &= near & levels.simd_eq(u32x16::splat(simd, 0)).to_bitmask() as u16;
@@ -153,7 +152,7 @@ impl<'a, S: Simd> Textured<'a, S> {
         while rest != 0 {
             let (level, same) = of_first(simd, levels, rest);
             rest &= !same;
-            if let Some(choice) = Choice::colour(self.map, level, self.look.anchor) {
+            if let Some(choice) = Choice::colour(self.map, level, self.placed.anchor) {
                 gather::each(simd, choice, spots, same, texels);
             }
         }
@@ -167,7 +166,7 @@ impl<'a, S: Simd> Textured<'a, S> {
         group: &Group,
         level: usize,
     ) -> Option<(Choice<'a>, [f32x16<S>; 2])> {
-        let choice = Choice::colour(self.map, level, self.look.anchor)?;
+        let choice = Choice::colour(self.map, level, self.placed.anchor)?;
         Some((choice, self.places(simd, group, (0, self.samples.batches.first()?))))
     }
 
@@ -179,7 +178,7 @@ impl<'a, S: Simd> Textured<'a, S> {
         let known = &mut self.coordinates[number % BATCHES];
         let coordinates = match known {
             Some(coordinates) => coordinates,
-            None => known.insert(Coordinates::of_batch(simd, self.functions, batch)),
+            None => known.insert(Coordinates::of_batch(simd, &self.placed.functions, batch)),
         };
         coordinates.at(simd, x, y).usable(simd)
     }
@@ -229,7 +228,7 @@ impl<'a, S: Simd> Textured<'a, S> {
         packed.fill(self.samples, groups, sparse);
         for number in 0..packed.batches() {
             let (places, owners, filled) = packed.batch(simd, number);
-            let coordinates = Coordinates::new(self.functions, places.u, places.v);
+            let coordinates = Coordinates::new(&self.placed.functions, places.u, places.v);
             let spots = coordinates.at(simd, places.x, places.y).usable(simd);
             let lights = match slope {
                 Some(slope) => Some(slope.light(simd, self.samples.rays, &places)),
@@ -311,8 +310,7 @@ mod tests {
             (Vec4::new(0.008, 0.002, 0.001, 0.0), Vec4::new(0.0, 0.02, 0.003, 0.0));
         let look = Look {
             material: 0,
-            texture: Some(functions),
-            anchor: [77, 200],
+            texture: Some(Placed { functions, anchor: [77, 200] }),
             opacity: None,
             normal: None,
             face: Vec3::Z,
