@@ -61,6 +61,42 @@ pub struct Optics {
     e: f64,
 }
 
+/// Whether the numbers of a camera are what solving for extension, tilts and swings, too, needs.
+///
+/// # Errors
+/// [`crate::error::ErrorKind::Invalid`], as [`Optics::new`].
+fn check(camera: &Camera) -> Result<()> {
+    let f = camera.focal_length.as_metres();
+    if !(f > 0.0 && f.is_finite()) {
+        return Err(Error::invalid("the focal length must be positive").at_key("camera.focal_length_mm"));
+    }
+    let film = [camera.film.width, camera.film.height].map(Length::as_metres);
+    if !film.iter().all(|&side| side > 0.0 && side.is_finite()) {
+        return Err(Error::invalid("the sides of the film must be positive").at_key("camera.film_mm"));
+    }
+    let near = camera.near.as_metres();
+    if !(near > 0.0 && near.is_finite()) {
+        return Err(Error::invalid("the near distance must be positive").at_key("camera.near_m"));
+    }
+    let Pose { origin, axes } = camera.rail;
+    // Of what is not finite no such thing holds.
+    let is_frame = (axes * axes.transpose() - DMat3::IDENTITY).to_cols_array().iter().all(|x| x.abs() < 1e-6);
+    if !(origin.is_finite() && is_frame && axes.determinant() > 0.0) {
+        return Err(Error::invalid("the rail has no place, or its axes are not a right-handed frame")
+            .at_key("camera.eye_m")
+            .remedy("make it by Camera::rail_frame"));
+    }
+    for (name, standard) in [("front", &camera.front), ("rear", &camera.rear)] {
+        let slides = [standard.rise, standard.shift].map(Length::as_metres);
+        let turns = [standard.tilt, standard.swing].map(Angle::as_degrees);
+        if !slides.into_iter().chain(turns).all(f64::is_finite) {
+            return Err(Error::invalid(format!("a movement of the {name} standard is no finite number"))
+                .at_key(format!("camera.{name}")));
+        }
+    }
+    Ok(())
+}
+
 impl Optics {
     /// The optics of `camera`.
     ///
@@ -69,10 +105,8 @@ impl Optics {
     /// finite; [`crate::error::ErrorKind::Invalid`] when the focal length, a side of the film or the near distance is not, when
     /// a movement is not finite, and when the rail has no place or its axes are not those of a right-handed frame.
     pub fn new(camera: &Camera) -> Result<Self> {
+        check(camera)?;
         let f = camera.focal_length.as_metres();
-        if !(f > 0.0 && f.is_finite()) {
-            return Err(Error::invalid("the focal length must be positive").at_key("camera.focal_length_mm"));
-        }
         let extension = camera.extension.as_metres();
         if !(extension > 0.0 && extension.is_finite()) {
             return Err(Error::no_solution(format!(
@@ -81,31 +115,6 @@ impl Optics {
             ))
             .at_key("camera.extension_mm")
             .remedy("give a positive extension_mm"));
-        }
-        let film = [camera.film.width, camera.film.height].map(Length::as_metres);
-        if !film.iter().all(|&side| side > 0.0 && side.is_finite()) {
-            return Err(Error::invalid("the sides of the film must be positive").at_key("camera.film_mm"));
-        }
-        let near = camera.near.as_metres();
-        if !(near > 0.0 && near.is_finite()) {
-            return Err(Error::invalid("the near distance must be positive").at_key("camera.near_m"));
-        }
-        let Pose { origin, axes } = camera.rail;
-        // Of what is not finite no such thing holds.
-        let is_frame =
-            (axes * axes.transpose() - DMat3::IDENTITY).to_cols_array().iter().all(|x| x.abs() < 1e-6);
-        if !(origin.is_finite() && is_frame && axes.determinant() > 0.0) {
-            return Err(Error::invalid("the rail has no place, or its axes are not a right-handed frame")
-                .at_key("camera.eye_m")
-                .remedy("make it by Camera::rail_frame"));
-        }
-        for (name, standard) in [("front", &camera.front), ("rear", &camera.rear)] {
-            let slides = [standard.rise, standard.shift].map(Length::as_metres);
-            let turns = [standard.tilt, standard.swing].map(Angle::as_degrees);
-            if !slides.into_iter().chain(turns).all(f64::is_finite) {
-                return Err(Error::invalid(format!("a movement of the {name} standard is no finite number"))
-                    .at_key(format!("camera.{name}")));
-            }
         }
         let front = camera.front.rotation();
         let rear = camera.rear.rotation();

@@ -160,15 +160,9 @@ pub fn upright(camera: &Camera, up: DVec3) -> Result<Camera, Unsolvable> {
     }
 }
 
-/// Whether there are optics of the camera but for what is solved for: extension, tilts and swings.
+/// Whether the camera has the numbers that are kept.
 fn check(camera: &Camera) -> Result<(), Unsolvable> {
-    let square = |standard: Standard| {
-        let is_finite = standard.tilt.as_degrees().is_finite() && standard.swing.as_degrees().is_finite();
-        if is_finite { Standard { tilt: Angle::ZERO, swing: Angle::ZERO, ..standard } } else { standard }
-    };
-    let (front, rear) = (square(camera.front), square(camera.rear));
-    let kept = Camera { front, rear, extension: camera.focal_length, ..*camera };
-    Optics::new(&kept).map(|_| ()).map_err(|error| fail(Limit::Camera, error.message().to_owned()))
+    super::check(camera).map_err(|error| fail(Limit::Camera, error.message().to_owned()))
 }
 
 fn fail(limit: Limit, message: String) -> Unsolvable {
