@@ -133,15 +133,12 @@ impl Allocation {
     /// # Errors
     /// As [`BlockSamples::from_text`].
     pub fn from_text(width: u32, height: u32, text: &str) -> Result<Self> {
+        let Ok(samples) = text.parse() else {
+            return BlockSamples::from_text(width, height, text).map(Self::Blocks);
+        };
         super::check_size(width, height)?;
-        match text.parse() {
-            Ok(samples @ 1..=runs::MOST_SAMPLES) => Ok(Self::Uniform(samples)),
-            Ok(samples) => {
-                let most = runs::MOST_SAMPLES;
-                Err(Error::invalid(format!("{samples} samples a pixel")).remedy(format!("give 1 to {most}")))
-            }
-            _ => BlockSamples::from_text(width, height, text).map(Self::Blocks),
-        }
+        check_samples(samples)?;
+        Ok(Self::Uniform(samples))
     }
 
     /// The mean over all pixels.
@@ -167,6 +164,18 @@ impl Allocation {
                 .fold((u32::MAX, 0), |(least, most), &samples| (least.min(samples), most.max(samples))),
         }
     }
+}
+
+/// Whether each pixel can have so many samples.
+///
+/// # Errors
+/// [`Invalid`](crate::error::ErrorKind::Invalid) for none, and for more than [`runs::MOST_SAMPLES`].
+pub(crate) fn check_samples(samples: u32) -> Result<()> {
+    if (1..=runs::MOST_SAMPLES).contains(&samples) {
+        return Ok(());
+    }
+    Err(Error::invalid(format!("{samples} samples a pixel"))
+        .remedy(format!("give 1 to {}", runs::MOST_SAMPLES)))
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 mod allocation;
 mod encode;
 
+pub(crate) use allocation::check_samples;
 pub use allocation::{Allocation, BLOCK, BlockSamples};
 pub use encode::Notes;
 

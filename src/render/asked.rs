@@ -2,8 +2,7 @@
 //! of the scene file.
 
 use crate::error::{Error, Result};
-use crate::picture::{Allocation, check_size};
-use crate::sampling::runs::MOST_SAMPLES;
+use crate::picture::{Allocation, check_samples, check_size};
 use crate::scene::{BRIGHTEST, Budget, Scene};
 use glam::DVec3;
 
@@ -92,12 +91,7 @@ pub(super) fn check_allocation(samples: &Allocation) -> Result<()> {
 }
 
 fn samples_of(samples: u32) -> Result<()> {
-    if (1..=MOST_SAMPLES).contains(&samples) {
-        return Ok(());
-    }
-    Err(Error::invalid(format!("{samples} samples a pixel"))
-        .at_key("render.samples")
-        .remedy(format!("give 1 to {MOST_SAMPLES}")))
+    check_samples(samples).map_err(|error| error.at_key("render.samples"))
 }
 
 #[cfg(test)]
