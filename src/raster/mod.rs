@@ -16,7 +16,7 @@
 //! * [`loose`]: how the images of small triangles far out of focus move with the lens point.
 //! * [`bunches`]: of these, sixteen at a time that lie close together.
 //! * [`lists`]: which of the others may touch which tile of 32 x 32 pixels, in that order.
-//! * [`lens_points`]: of these, the ones that a tile's lens points see there.
+//! * [`lens_points`]: of those in bunches, the ones that a tile's lens points see there.
 //! * [`part`]: what is drawn of a tile, and what of it a box of pixels touches.
 //! * [`film`]: a tile's centre, and the function of an edge or face there.
 //! * [`surfaces`]: a tile's own numbers for the surfaces that it may see.

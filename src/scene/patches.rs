@@ -19,8 +19,8 @@ pub struct Patches {
     reference: Vec<u32>,
     /// Whether each lies in one plane.
     flat: bool,
-    /// Of how many triangles and vertices.
-    made_of: [usize; 2],
+    /// How many vertices there were.
+    vertices: usize,
     /// Triangles of a patch that are drawn two at a time.
     pub(crate) quads: Quads,
 }
@@ -78,8 +78,8 @@ impl Patches {
     }
 
     /// Whether they are empty, or were made of so many triangles and vertices.
-    pub(super) fn are_of(&self, made_of: [usize; 2]) -> bool {
-        self.is_empty() || self.made_of == made_of
+    pub(super) fn are_of(&self, triangles_and_vertices: [usize; 2]) -> bool {
+        self.is_empty() || [self.number.len(), self.vertices] == triangles_and_vertices
     }
 
     /// The patch of triangle `t` and the triangle that stands for it.
@@ -123,7 +123,7 @@ impl Patches {
             })
             .collect::<Vec<_>>();
         let quads = Quads::new(surfaces, &of);
-        Self { number: of, reference, flat: coplanar, made_of: [count, surfaces.positions.len()], quads }
+        Self { number: of, reference, flat: coplanar, vertices: surfaces.positions.len(), quads }
     }
 }
 

@@ -1,13 +1,11 @@
 //! Scenes made in code: cameras of every kind before geometry that is hard to draw.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2};
 use groundglass::camera::{Aperture, Camera, FilmSize, Standard};
 use groundglass::optics::Optics;
 use groundglass::quantity::{Angle, FNumber, Length};
-use groundglass::sampling::PointSet;
 use groundglass::scene::{
-    Attributes, Budget, EffectChoice, Level, Mapping, Material, NONE, PictureSettings, Scene, Sky, Sun,
-    Surfaces, Texture,
+    Attributes, Budget, Level, Mapping, Material, NONE, PictureSettings, Scene, Sky, Sun, Surfaces, Texture,
 };
 use std::sync::Arc;
 
@@ -194,7 +192,6 @@ pub fn yard(random: &mut Random, triangles: usize) -> Surfaces {
 }
 
 pub fn scene(camera: &Camera, surfaces: Surfaces, width: u32, samples: u32) -> Scene {
-    let _ = Vec3::ZERO;
     Scene {
         optics: Optics::new(camera).unwrap(),
         blades: None,
@@ -206,22 +203,11 @@ pub fn scene(camera: &Camera, surfaces: Surfaces, width: u32, samples: u32) -> S
             shadows: false,
             angular_diameter: Angle::ZERO,
         }),
-        sky: Sky {
-            ambient: DVec3::new(0.25, 0.28, 0.33),
-            horizon: DVec3::new(0.75, 0.82, 0.9),
-            zenith: DVec3::new(0.25, 0.45, 0.8),
-        },
+        sky: Sky::default(),
         render: PictureSettings {
-            width,
-            height: (f64::from(width) * 0.8).round() as u32,
             budget: Budget::Samples(samples),
-            exposure_ev: 0.0,
-            falloff: false,
-            diffraction: false,
-            seed: 0,
-            effects: EffectChoice::default(),
-            points: PointSet::default(),
             share_shading: false,
+            ..PictureSettings::new(width, (f64::from(width) * 0.8).round() as u32)
         },
         circle_of_confusion: Length::millimetres(0.1),
         meshes: Vec::new(),
