@@ -76,11 +76,10 @@ pub(crate) fn cost(bytes: &[u8], name: &Path) -> Result<Cost, String> {
             return Err(format!("its {width} x {height} texels are more than allowed: {LARGEST}"));
         }
         let texels = u64::from(width) * u64::from(height);
-        // Texels as decoded, and once more for what decoders hold besides; where they are wider than 8 bits, a copy.
+        // Texels as decoded, and once more for what decoders hold besides.
         let decoded = decoder.total_bytes();
-        let copy = if decoded > 4 * texels { 8 * texels } else { 0 };
         let file = bytes.len() as u64;
-        Ok(Cost { working: 2 * file + 2 * decoded + copy, kept: texels * 9 * 4 / 3 + 9 })
+        Ok(Cost { working: 2 * file + 2 * decoded, kept: texels * 9 * 4 / 3 + 9 })
     })
 }
 
@@ -206,16 +205,16 @@ fn colours(picture: DynamicImage) -> Option<Vec<[u16; 4]>> {
     let eight = linear_from_8();
     let l8 = |v: u8| eight[usize::from(v)];
     let a8 = |v: u8| u16::from(v) * 257;
+    let l16 = |v: u16| linear_from_16().get(usize::from(v)).copied().unwrap_or(v);
     match picture {
         DynamicImage::ImageLuma8(p) => each(p.as_raw(), 1, |s| [l8(s[0]), l8(s[0]), l8(s[0]), u16::MAX]),
         DynamicImage::ImageLumaA8(p) => each(p.as_raw(), 2, |s| [l8(s[0]), l8(s[0]), l8(s[0]), a8(s[1])]),
         DynamicImage::ImageRgb8(p) => each(p.as_raw(), 3, |s| [l8(s[0]), l8(s[1]), l8(s[2]), u16::MAX]),
         DynamicImage::ImageRgba8(p) => each(p.as_raw(), 4, |s| [l8(s[0]), l8(s[1]), l8(s[2]), a8(s[3])]),
-        other => {
-            let sixteen = linear_from_16();
-            let l16 = |v: u16| sixteen.get(usize::from(v)).copied().unwrap_or(v);
-            each(other.into_rgba16().as_raw(), 4, |s| [l16(s[0]), l16(s[1]), l16(s[2]), s[3]])
-        }
+        DynamicImage::ImageLuma16(p) => each(p.as_raw(), 1, |s| [l16(s[0]), l16(s[0]), l16(s[0]), u16::MAX]),
+        DynamicImage::ImageLumaA16(p) => each(p.as_raw(), 2, |s| [l16(s[0]), l16(s[0]), l16(s[0]), s[1]]),
+        DynamicImage::ImageRgb16(p) => each(p.as_raw(), 3, |s| [l16(s[0]), l16(s[1]), l16(s[2]), u16::MAX]),
+        other => each(other.into_rgba16().as_raw(), 4, |s| [l16(s[0]), l16(s[1]), l16(s[2]), s[3]]),
     }
 }
 
@@ -227,10 +226,10 @@ fn opacities(picture: DynamicImage) -> Option<Vec<[u16; 4]>> {
         DynamicImage::ImageLumaA8(p) => each(p.as_raw(), 2, |s| o8(s[1])),
         DynamicImage::ImageRgb8(p) => each(p.as_raw(), 3, |s| o8(s[0])),
         DynamicImage::ImageRgba8(p) => each(p.as_raw(), 4, |s| o8(s[3])),
-        other => {
-            let part = if other.color().has_alpha() { 3 } else { 0 };
-            each(other.into_rgba16().as_raw(), 4, |s| opacity(s[part]))
-        }
+        DynamicImage::ImageLuma16(p) => each(p.as_raw(), 1, |s| opacity(s[0])),
+        DynamicImage::ImageLumaA16(p) => each(p.as_raw(), 2, |s| opacity(s[1])),
+        DynamicImage::ImageRgb16(p) => each(p.as_raw(), 3, |s| opacity(s[0])),
+        other => each(other.into_rgba16().as_raw(), 4, |s| opacity(s[3])),
     }
 }
 
@@ -283,6 +282,12 @@ mod tests {
         assert_eq!(first(&grey, Use::Opacity)[3], 188 * 257);
         let both = png(ImageBuffer::from_pixel(1, 1, LumaA([188u16 * 257, 99])));
         assert_eq!(first(&both, Use::Opacity)[3], 99);
+        assert_eq!(first(&both, Use::Diffuse), [32957, 32957, 32957, 99]);
+        let wide = png(ImageBuffer::from_pixel(1, 1, Rgb([188u16 * 257, 0, 65535])));
+        assert_eq!(first(&wide, Use::Diffuse), [32957, 0, 65535, 65535]);
+        assert_eq!(first(&wide, Use::Opacity)[3], 188 * 257);
+        let all = png(ImageBuffer::from_pixel(1, 1, Rgba([0, 188u16 * 257, 65535, 99])));
+        assert_eq!((first(&all, Use::Diffuse), first(&all, Use::Opacity)[3]), ([0, 32957, 65535, 99], 99));
     }
 
     #[test]
