@@ -1,6 +1,7 @@
 //! Threads to work on: a number of them in, work done on them out. Nothing is left behind.
 
 use crate::error::{Error, ErrorKind, Result, reason};
+use std::thread::JoinHandle;
 
 /// More are refused: starting a million takes minutes.
 const MOST: usize = 1024;
@@ -14,7 +15,17 @@ pub(crate) fn on_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() ->
     if cfg!(target_family = "wasm") || rayon::current_thread_index().is_some() {
         return Ok(work());
     }
-    let count = threads.unwrap_or(0);
+    let (pool, handles) = started(threads.unwrap_or(0))?;
+    let done = pool.install(work);
+    drop(pool);
+    // Dropping asks them to end, and does not wait until they have.
+    for handle in handles {
+        let _ = handle.join();
+    }
+    Ok(done)
+}
+
+fn started(count: usize) -> Result<(rayon::ThreadPool, Vec<JoinHandle<()>>)> {
     if count > MOST {
         return Err(Error::new(
             ErrorKind::TooLarge,
@@ -36,13 +47,7 @@ pub(crate) fn on_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() ->
         Error::new(ErrorKind::TooLarge, format!("cannot start {wanted}: {}", reason(&error)))
             .remedy(format!("{remedy}end other programs, or raise the limits on processes and memory"))
     })?;
-    let done = pool.install(work);
-    drop(pool);
-    // Dropping asks them to end, and does not wait until they have.
-    for handle in handles {
-        let _ = handle.join();
-    }
-    Ok(done)
+    Ok((pool, handles))
 }
 
 #[cfg(test)]

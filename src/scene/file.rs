@@ -39,11 +39,7 @@ impl SceneFile {
                 .remedy("draw figures with `groundglass diagram`, or remove `kind`"));
         }
         shape::check(&document, table.get_ref(), schema::value())?;
-        let tables = SceneTables::deserialize(toml::de::Deserializer::from(table)).map_err(|error| {
-            // `shape` has found everything that serde could; this keeps a place should it not have.
-            let place = document.place_of_range(error.span().unwrap_or(0..0), None);
-            Error::invalid(error.message().replace('\n', ", ")).at(place)
-        })?;
+        let tables = document.keys(table)?;
         Ok(Self { document, tables })
     }
 

@@ -24,16 +24,26 @@ impl Warnings {
         kind: &str,
         message: impl FnOnce() -> String,
     ) {
+        if self.is_wanted(file, kind) {
+            self.entries.push((Warning { file: file.to_owned(), line, message: message() }, 1));
+        }
+    }
+
+    /// Counts one, and tells whether the list shall have it.
+    fn is_wanted(&mut self, file: &str, kind: &str) -> bool {
         if let Some(&at) = self.seen.get(&(file.to_owned(), kind.to_owned())) {
             if let Some(entry) = self.entries.get_mut(at) {
                 entry.1 += 1;
             }
-        } else if self.entries.len() < MOST {
+            return false;
+        }
+        let has_room = self.entries.len() < MOST;
+        if has_room {
             self.seen.insert((file.to_owned(), kind.to_owned()), self.entries.len());
-            self.entries.push((Warning { file: file.to_owned(), line, message: message() }, 1));
         } else {
             self.beyond += 1;
         }
+        has_room
     }
 
     /// The finished list.

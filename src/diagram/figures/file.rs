@@ -196,10 +196,7 @@ impl Input<'_> {
     /// # Errors
     /// None that the schema has not found before.
     pub(crate) fn keys<T: DeserializeOwned>(&self) -> Result<T> {
-        T::deserialize(toml::de::Deserializer::from(self.document.table()?)).map_err(|error| {
-            let place = self.document.place_of_range(error.span().unwrap_or(0..0), None);
-            Error::invalid(error.message().replace('\n', ", ")).at(place)
-        })
+        self.document.keys(self.document.table()?)
     }
 
     /// The page; `height` gives that of a width where the file has none.
