@@ -24,6 +24,7 @@ mod output;
 mod probe;
 mod progress;
 mod render;
+mod render_files;
 mod render_words;
 mod replay;
 mod report;

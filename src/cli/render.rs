@@ -3,16 +3,18 @@
 use super::effects::EffectArguments;
 use super::input::{self, Input, MemoryArguments, RootArguments};
 use super::progress::Progress;
+use super::render_files::{Files, Format};
 use super::replay::Replay;
 use super::stats::{Asked, Samples, Stats};
 use super::values::{self, Pixels, Positive, Seconds, Simd};
 use super::{diagram, figure_file, interrupt, machine, notes, optics_words, output, render_words, report};
 use groundglass::error::{Error, ErrorKind, Result};
+use groundglass::picture::{Allocation, Exposure};
 use groundglass::plan::RenderPlan;
-use groundglass::render::{Execution, SimdLevel, render, replay};
+use groundglass::render::{Counts, Execution, SimdLevel, render, replay};
 use groundglass::sampling::runs::MOST_SAMPLES;
-use groundglass::scene::{Budget, Scene};
-use std::path::{Path, PathBuf};
+use groundglass::scene::{Budget, EffectSet, Scene};
+use std::path::PathBuf;
 use std::time::Instant;
 
 #[derive(Debug, clap::Args)]
@@ -61,29 +63,7 @@ pub(super) struct Arguments {
     pub(super) replay: Option<PathBuf>,
 }
 
-/// What the picture is to be written as, by the name's ending.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Format {
-    Png,
-    Exr,
-}
-
 impl Arguments {
-    /// The output's path and format.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Usage`] for another ending than .png and .exr.
-    pub(super) fn output(&self) -> Result<(PathBuf, Format)> {
-        let path = self.output.clone().unwrap_or_else(|| {
-            let stem = self.scene.as_deref().and_then(|scene| scene.file_stem());
-            let mut name = stem.unwrap_or(std::ffi::OsStr::new("tower")).to_os_string();
-            name.push(".png");
-            PathBuf::from("groundglass-out").join(name)
-        });
-        let format = Format::of(&path, "-o")?;
-        Ok((path, format))
-    }
-
     /// What replaces the scene's budget.
     fn budget(&self) -> Option<Budget> {
         let samples = self.samples.map(Budget::Samples);
@@ -93,74 +73,21 @@ impl Arguments {
     }
 }
 
-impl Format {
-    fn of(path: &Path, flag: &str) -> Result<Self> {
-        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-        match ending.as_deref() {
-            Some("png") => Ok(Self::Png),
-            Some("exr") => Ok(Self::Exr),
-            _ => Err(Error::new(ErrorKind::Usage, "a picture's name ends in .png or .exr")
-                .in_file(path.display().to_string())
-                .remedy(format!("give such a name with {flag}"))),
-        }
-    }
-}
-
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let (path, format) = arguments.output()?;
-    let error_map = arguments.error_map.as_ref();
-    let stats = arguments.stats.as_ref();
-    let diagrams = if arguments.scene.is_none() { diagrams(&path).to_vec() } else { Vec::new() };
-    let outputs: Vec<(&PathBuf, &str)> =
-        [(Some(&path), "-o"), (stats, "--stats"), (error_map, "--error-map")]
-            .into_iter()
-            .filter_map(|(output, flag)| output.map(|output| (output, flag)))
-            .chain(diagrams.iter().map(|diagram| (diagram, "the diagram beside the picture")))
-            .collect();
-    for (i, (first, flag)) in outputs.iter().enumerate() {
-        for (second, other) in &outputs[..i] {
-            if output::is_same(first, second) {
-                return Err(Error::new(ErrorKind::Usage, format!("{other} and {flag} name one file"))
-                    .remedy("give two names"));
-            }
-        }
-    }
-    let map_format = error_map.map(|path| Format::of(path, "--error-map")).transpose()?;
-    let replayed = arguments
-        .replay
-        .as_deref()
-        .map(|stats| Replay::read(stats, arguments.root.root.as_deref()))
-        .transpose()?;
+    let files = Files::new(arguments)?;
+    let root = arguments.root.root.as_deref();
+    let replayed = arguments.replay.as_deref().map(|stats| Replay::read(stats, root)).transpose()?;
     let threads = machine::threads(arguments.threads);
     let input = match &arguments.scene {
-        Some(scene) => input::read_scene(scene, arguments.root.root.as_deref())?,
+        Some(scene) => input::read_scene(scene, root)?,
         None => Input::builtin()?,
     }
     .within(arguments.memory, threads);
     // What cannot be written is said before the work, and again when the files that are read are known.
-    // (The folder that is made for a picture without a name may not be there yet.)
-    let made =
-        if arguments.output.is_none() { path.parent().filter(|folder| !folder.exists()) } else { None };
-    for (output, _) in outputs.iter().filter(|(output, _)| made.is_none() || output.parent() != made) {
-        output::check(output, &input.read_paths())?;
-    }
+    files.check(&input.read_paths())?;
     let clock = Instant::now();
     let width = replayed.as_ref().map(|replay| replay.width).or(arguments.width.map(|width| width.0));
-    let mut scene = input.load_at(width)?;
-    scene.render.budget = arguments.budget().unwrap_or(scene.render.budget);
-    let mut effects = arguments.effects.clone();
-    if let Some(replay) = &replayed {
-        effects = replay.ask(&mut scene, &effects)?;
-    }
-    effects.apply(&mut scene).map_err(|error| match &replayed {
-        Some(replay) => replay.blame(&error),
-        None => error,
-    })?;
-    if error_map.is_some() && matches!(scene.render.budget, Budget::Samples(1)) && replayed.is_none() {
-        return Err(Error::new(ErrorKind::Usage, "--error-map: of one sample a pixel no error is known")
-            .remedy("take 2 samples or more"));
-    }
-    let asked = replayed.as_ref().map_or_else(|| Asked::new(scene.render.budget, &effects), Replay::asked);
+    let (scene, asked) = load(arguments, &input, width, replayed.as_ref())?;
     let load_seconds = clock.elapsed().as_secs_f64();
     report::warnings(&scene.warnings);
     report::warnings(&optics_words::scene_warnings(&scene, &input.name()));
@@ -169,80 +96,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let mut read = input.read_paths();
     read.extend(arguments.replay.clone());
     // Held to the end: a picture that is not made leaves no folder.
-    let default_folder = path.parent().filter(|_| arguments.output.is_none());
-    let (_folder, ()) = output::in_made(default_folder, || {
-        outputs.iter().try_for_each(|(output, _)| output::check(output, &read))
-    })?;
-
-    let effects = match arguments.stats {
+    let (_folder, ()) = output::in_made(files.folder(), || files.check(&read))?;
+    let effects = match files.stats {
         Some(_) => machine::on_threads(Some(threads), || RenderPlan::new(&scene).effects().to_vec())?,
         None => Vec::new(),
     };
-    let progress = Progress::new();
-    let tell = |done: usize, total: usize| progress.tell("rendering", done as u64, total as u64);
+
     let (clock, cpu) = (Instant::now(), machine::cpu_seconds());
     let simd = arguments.simd.map_or_else(SimdLevel::best, |simd| simd.0);
-    let seconds = || clock.elapsed().as_secs_f64();
-    let memory = input.room();
-    let beyond_reach = |expected: f64| {
-        if let Budget::MaxError(wanted) = scene.render.budget {
-            progress.pause(|| {
-                report::warnings(&[render_words::seems_beyond_reach(&input.name(), wanted, expected)])
-            });
-        }
-    };
-    let rendered = interrupt::polled(|cancel| {
-        let timed = arguments.stats.is_some() || matches!(scene.render.budget, Budget::Seconds(_));
-        let execution = Execution {
-            threads: Some(threads),
-            memory,
-            simd: Some(simd),
-            cancel: Some(cancel),
-            progress: Some(&tell),
-            beyond_reach: Some(&beyond_reach),
-            clock: timed.then_some(&seconds),
-            error_map: error_map.is_some(),
-        };
-        match &allocation {
-            Some(allocation) => replay(&scene, allocation, execution),
-            None => render(&scene, execution),
-        }
-    });
+    let (exposure, counts) = draw(arguments, &input, &scene, allocation.as_ref(), (threads, simd))?;
     let (render_seconds, cpu_seconds) = (clock.elapsed().as_secs_f64(), machine::cpu_seconds() - cpu);
-    progress.finish();
-    let (exposure, counts) = rendered.map_err(|error| {
-        // Numbers of samples are those of the file that is replayed.
-        let replayed =
-            arguments.replay.as_ref().filter(|_| error.place().key.as_deref() == Some("allocation"));
-        error.in_file(replayed.map_or_else(|| input.name(), |path| path.display().to_string()))
-    })?;
-
-    let notes = notes::notes(&scene, &exposure, counts.left_out);
-    let (_again, ()) = output::in_made(default_folder, || {
-        output::write_whole(&path, &read, |file| match format {
-            Format::Png => exposure.write_png(scene.render.exposure_ev, &notes, file),
-            Format::Exr => exposure.write_exr(&notes, file),
-        })
-    })?;
-    if let (Some(target), None) = (error_map, exposure.rms_error()) {
+    write(&files, &scene, &exposure, counts.left_out, &read)?;
+    if let (Some((target, _)), None) = (files.error_map, exposure.rms_error()) {
         report::warnings(&[render_words::no_error_map(&input.name(), target)]);
-    } else if let (Some(target), Some(format)) = (error_map, map_format) {
-        let map = exposure.error_map();
-        // Mid-grey where the error is that of the whole.
-        let gain = -libm::log2(exposure.rms_error().unwrap_or(1.0).max(1e-9) / 0.2);
-        let times = match format {
-            Format::Png => format!(", times {:.6}, as sRGB", libm::exp2(gain)),
-            Format::Exr => String::new(),
-        };
-        let mut notes = notes;
-        notes.push((
-            "groundglass.error_map",
-            format!("RMS error of each pixel, linear light from 0 to 1{times}"),
-        ));
-        output::write_whole(target, &read, |file| match format {
-            Format::Png => map.write_png(gain, &notes, file),
-            Format::Exr => map.write_exr(&notes, file),
-        })?;
     }
     let stats = Stats {
         width: exposure.width(),
@@ -267,40 +133,129 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         scene_hash: scene.hash(),
         version: env!("CARGO_PKG_VERSION"),
     };
-    if let Some(target) = &arguments.stats {
+    if let Some(target) = files.stats {
         let mut text = serde_json::to_string_pretty(&stats).unwrap_or_default();
         text.push('\n');
         output::write_text(target, &read, &text)?;
     }
-    report::print(&render_words::summary(&path, &stats))?;
+    report::print(&render_words::summary(&files.picture.0, &stats))?;
     if counts.unseen_light > 0 {
         report::warnings(&[render_words::unseen_light(&input.name(), counts.unseen_light)]);
     }
-    if let (Budget::MaxError(wanted), Some(reached), None) =
-        (scene.render.budget, exposure.rms_error(), &allocation)
-        && reached > wanted
-    {
-        report::warnings(&[render_words::beyond_reach(&input.name(), wanted, reached)]);
-    }
-    if let (Budget::Seconds(wanted), None) = (scene.render.budget, &allocation) {
-        let (took, leeway) = (stats.render_seconds, (0.05 * wanted).max(0.05));
-        if took > wanted + leeway {
-            report::warnings(&[render_words::too_late(&input.name(), wanted, &stats)]);
-        } else if took < wanted - leeway && exposure.samples().range().0 == MOST_SAMPLES {
-            report::warnings(&[render_words::no_more(&input.name(), wanted, &stats)]);
-        }
+    if allocation.is_none() {
+        report::warnings(render_words::missed(&input.name(), scene.render.budget, &stats).as_slice());
     }
     if arguments.scene.is_none() {
         let width = width.map(|width| format!(" --width {width}"));
-        first_steps(&scene, &diagrams, exposure.samples().mean(), &width.unwrap_or_default())?;
+        first_steps(&scene, &files.diagrams, exposure.samples().mean(), &width.unwrap_or_default())?;
     }
     Ok(())
 }
 
-/// What the built-in scene's diagram is written as: beside the picture, and named after it.
-fn diagrams(picture: &Path) -> [PathBuf; 2] {
-    let stem = picture.file_stem().unwrap_or_default().to_string_lossy();
-    ["svg", "png"].map(|ending| picture.with_file_name(format!("{stem}-diagram.{ending}")))
+/// The scene, and what was asked for: by the file, the command line, or the run that is made again.
+fn load(
+    arguments: &Arguments,
+    input: &Input,
+    width: Option<u32>,
+    replayed: Option<&Replay>,
+) -> Result<(Scene, Asked)> {
+    let mut scene = input.load_at(width)?;
+    scene.render.budget = arguments.budget().unwrap_or(scene.render.budget);
+    let mut effects = arguments.effects.clone();
+    if let Some(replay) = replayed {
+        effects = replay.ask(&mut scene, &effects)?;
+    }
+    effects.apply(&mut scene).map_err(|error| match replayed {
+        Some(replay) => replay.blame(&error),
+        None => error,
+    })?;
+    if arguments.error_map.is_some()
+        && matches!(scene.render.budget, Budget::Samples(1))
+        && replayed.is_none()
+    {
+        return Err(Error::new(ErrorKind::Usage, "--error-map: of one sample a pixel no error is known")
+            .remedy("take 2 samples or more"));
+    }
+    let asked = replayed.map_or_else(|| Asked::new(scene.render.budget, &effects), Replay::asked);
+    Ok((scene, asked))
+}
+
+fn draw(
+    arguments: &Arguments,
+    input: &Input,
+    scene: &Scene,
+    allocation: Option<&Allocation>,
+    (threads, simd): (usize, SimdLevel),
+) -> Result<(Exposure, Counts)> {
+    let progress = Progress::new();
+    let tell = |done: usize, total: usize| progress.tell("rendering", done as u64, total as u64);
+    let clock = Instant::now();
+    let seconds = || clock.elapsed().as_secs_f64();
+    let beyond_reach = |expected: f64| {
+        if let Budget::MaxError(wanted) = scene.render.budget {
+            progress.pause(|| {
+                report::warnings(&[render_words::seems_beyond_reach(&input.name(), wanted, expected)])
+            });
+        }
+    };
+    let rendered = interrupt::polled(|cancel| {
+        let timed = arguments.stats.is_some() || matches!(scene.render.budget, Budget::Seconds(_));
+        let execution = Execution {
+            threads: Some(threads),
+            memory: input.room(),
+            simd: Some(simd),
+            cancel: Some(cancel),
+            progress: Some(&tell),
+            beyond_reach: Some(&beyond_reach),
+            clock: timed.then_some(&seconds),
+            error_map: arguments.error_map.is_some(),
+        };
+        match allocation {
+            Some(allocation) => replay(scene, allocation, execution),
+            None => render(scene, execution),
+        }
+    });
+    progress.finish();
+    rendered.map_err(|error| {
+        // Numbers of samples are those of the file that is replayed.
+        let replayed =
+            arguments.replay.as_ref().filter(|_| error.place().key.as_deref() == Some("allocation"));
+        error.in_file(replayed.map_or_else(|| input.name(), |path| path.display().to_string()))
+    })
+}
+
+/// Writes the picture, and the map of its error where there is one.
+fn write(
+    files: &Files<'_>,
+    scene: &Scene,
+    exposure: &Exposure,
+    left_out: EffectSet,
+    read: &[PathBuf],
+) -> Result<()> {
+    let (path, format) = &files.picture;
+    let mut notes = notes::notes(scene, exposure, left_out);
+    let (_again, ()) = output::in_made(files.folder(), || {
+        output::write_whole(path, read, |file| match format {
+            Format::Png => exposure.write_png(scene.render.exposure_ev, &notes, file),
+            Format::Exr => exposure.write_exr(&notes, file),
+        })
+    })?;
+    let (Some((target, format)), Some(error)) = (files.error_map, exposure.rms_error()) else {
+        return Ok(());
+    };
+    let map = exposure.error_map();
+    // Mid-grey where the error is that of the whole.
+    let gain = -libm::log2(error.max(1e-9) / 0.2);
+    let times = match format {
+        Format::Png => format!(", times {:.6}, as sRGB", libm::exp2(gain)),
+        Format::Exr => String::new(),
+    };
+    notes
+        .push(("groundglass.error_map", format!("RMS error of each pixel, linear light from 0 to 1{times}")));
+    output::write_whole(target, read, |file| match format {
+        Format::Png => map.write_png(gain, &notes, file),
+        Format::Exr => map.write_exr(&notes, file),
+    })
 }
 
 /// For the built-in scene: its diagram beside the picture, and what to try next: among it a picture of four times the `samples`, if

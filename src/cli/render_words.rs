@@ -5,6 +5,7 @@ use super::stats::{Samples, Stats};
 use groundglass::error::Warning;
 use groundglass::render::MOST_FOR_ERROR;
 use groundglass::sampling::runs::MOST_SAMPLES;
+use groundglass::scene::Budget;
 use std::path::Path;
 
 /// False convergence, told.
@@ -35,8 +36,27 @@ pub(super) fn no_error_map(file: &str, target: &Path) -> Warning {
 /// Samples that a picture in a time takes at least, on the mean, where it has the time to look for errors.
 const LEAST: f64 = 16.0;
 
+/// An error or a time that was asked for and is not what came of it.
+pub(super) fn missed(file: &str, budget: Budget, stats: &Stats) -> Option<Warning> {
+    match budget {
+        Budget::MaxError(wanted) => {
+            let reached = stats.estimated_rms_error.filter(|reached| *reached > wanted)?;
+            Some(beyond_reach(file, wanted, reached))
+        }
+        Budget::Seconds(wanted) => {
+            let (took, leeway) = (stats.render_seconds, (0.05 * wanted).max(0.05));
+            if took > wanted + leeway {
+                return Some(too_late(file, wanted, stats));
+            }
+            let is_full = stats.samples_per_pixel.min == MOST_SAMPLES;
+            (took < wanted - leeway && is_full).then(|| no_more(file, wanted, stats))
+        }
+        Budget::Samples(_) => None,
+    }
+}
+
 /// A time that was not kept.
-pub(super) fn too_late(file: &str, wanted: f64, stats: &Stats) -> Warning {
+fn too_late(file: &str, wanted: f64, stats: &Stats) -> Warning {
     let why = if stats.samples_per_pixel.mean > LEAST {
         "the machine was slower at the end than before, as when other programs run"
     } else {
@@ -51,7 +71,7 @@ pub(super) fn too_late(file: &str, wanted: f64, stats: &Stats) -> Warning {
 }
 
 /// That a picture has all samples that it may have before its time is up.
-pub(super) fn no_more(file: &str, wanted: f64, stats: &Stats) -> Warning {
+fn no_more(file: &str, wanted: f64, stats: &Stats) -> Warning {
     Warning {
         file: file.to_owned(),
         line: None,
@@ -102,7 +122,7 @@ pub(super) fn seems_beyond_reach(file: &str, wanted: f64, expected: f64) -> Warn
 }
 
 /// An error that no reasonable number of samples reaches.
-pub(super) fn beyond_reach(file: &str, wanted: f64, reached: f64) -> Warning {
+fn beyond_reach(file: &str, wanted: f64, reached: f64) -> Warning {
     let Take { wanted, samples, more } = Take::new(wanted, reached);
     Warning {
         file: file.to_owned(),
