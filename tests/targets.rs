@@ -128,6 +128,37 @@ fn edges_along_rows_or_diagonals_of_pixels_do_not_end_a_picture_too_early() {
 }
 
 #[test]
+fn bars_along_rows_that_diffraction_spreads_do_not_end_a_picture_too_early() {
+    // Each row of pixels is a bar, and all of its pixels err alike in what light they lose to the rows beside it.
+    let bar = 0.12 / 160.0 * (5.0 - 0.15) / 0.15;
+    let vertices: String = (-66..66)
+        .step_by(2)
+        .map(|row| {
+            let (low, high) = (bar * f64::from(row), bar * f64::from(row + 1));
+            format!("v -3 {low} 0\nv 3 {low} 0\nv 3 {high} 0\nv -3 {high} 0\nf -4 -3 -2 -1\n")
+        })
+        .collect();
+    let toml = "[camera]\neye_m = [0, 0, 5]\nlook_at_m = [0, 0, 0]\nfocal_length_mm = 150\nf_number = 42.5\nfilm = \"4x5\"
+[focus]\ndistance_m = 5\n[[mesh]]\npath = \"bars.obj\"\n[sky]\nambient = [1, 1, 1]\nhorizon = [0, 0, 0]
+zenith = [0, 0, 0]\n[render]\nwidth = 160\nsamples = 16384\ndiffraction = true\n";
+    let files = Memory::new().with("bars.obj", vertices.into_bytes());
+    let description = parse(toml, "bars.toml").unwrap().describe().unwrap();
+    let bars = description.load(&files, "".as_ref(), None).unwrap();
+    let scene = |seed| {
+        let mut scene = bars.clone();
+        scene.render.seed = seed;
+        scene
+    };
+    let truth = draw(&scene(99));
+    for target in [0.008, 0.004] {
+        let errors = errors(10, target, scene, &truth);
+        println!("{target}: {errors:.2?} of the error that was asked for");
+        let over = errors.iter().filter(|&&error| error > 1.0).count();
+        assert!(over <= 1 && errors.iter().all(|&error| error <= 1.2), "{target}: {errors:?}");
+    }
+}
+
+#[test]
 fn weights_of_light_do_not_end_a_picture_too_early_nor_late() {
     // All pixels of a tile share their lens points, so that its light is weighed wrong by one throw: sky and surfaces alike.
     let setting = Setting { front: [0.0, 0.0], rear: [0.0, 0.0], f_number: 2.0, stretch: 1.0, rise: 0.0 };
