@@ -25,6 +25,7 @@ pub(crate) fn on_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() ->
     Ok(done)
 }
 
+/// So many threads, and what to wait for once they are asked to end. (Apart from the work: it was compiled once for each kind of that.)
 fn started(count: usize) -> Result<(rayon::ThreadPool, Vec<JoinHandle<()>>)> {
     if count > MOST {
         return Err(Error::new(
