@@ -102,10 +102,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         None => Vec::new(),
     };
 
+    let progress = Progress::new();
     let (clock, cpu) = (Instant::now(), machine::cpu_seconds());
     let simd = arguments.simd.map_or_else(SimdLevel::best, |simd| simd.0);
-    let (exposure, counts) = draw(arguments, &input, &scene, allocation.as_ref(), (threads, simd))?;
+    let drawn = draw(arguments, &input, &scene, allocation.as_ref(), (threads, simd), (&progress, clock));
     let (render_seconds, cpu_seconds) = (clock.elapsed().as_secs_f64(), machine::cpu_seconds() - cpu);
+    progress.finish();
+    let (exposure, counts) = drawn?;
     write(&files, &scene, &exposure, counts.left_out, &read)?;
     if let (Some((target, _)), None) = (files.error_map, exposure.rms_error()) {
         report::warnings(&[render_words::no_error_map(&input.name(), target)]);
@@ -180,16 +183,16 @@ fn load(
     Ok((scene, asked))
 }
 
+/// Draws the picture, `clock` running since before.
 fn draw(
     arguments: &Arguments,
     input: &Input,
     scene: &Scene,
     allocation: Option<&Allocation>,
     (threads, simd): (usize, SimdLevel),
+    (progress, clock): (&Progress, Instant),
 ) -> Result<(Exposure, Counts)> {
-    let progress = Progress::new();
     let tell = |done: usize, total: usize| progress.tell("rendering", done as u64, total as u64);
-    let clock = Instant::now();
     let seconds = || clock.elapsed().as_secs_f64();
     let beyond_reach = |expected: f64| {
         if let Budget::MaxError(wanted) = scene.render.budget {
@@ -215,7 +218,6 @@ fn draw(
             None => render(scene, execution),
         }
     });
-    progress.finish();
     rendered.map_err(|error| {
         // Numbers of samples are those of the file that is replayed.
         let replayed =
