@@ -70,6 +70,47 @@ fn modules_use_only_what_the_ladder_allows() {
     assert!(steps > 20, "the scan found nothing to check");
 }
 
+/// What of its own folder each module there uses, tests left out.
+fn uses(folder: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let mut files = Vec::new();
+    sources(&root().join("src").join(folder), &mut files);
+    let name = |file: &PathBuf| file.file_stem().unwrap().to_str().unwrap().to_owned();
+    let names: BTreeSet<String> = files.iter().map(name).filter(|name| name != "mod").collect();
+    let used = |file: &PathBuf| {
+        let text = fs::read_to_string(file).unwrap();
+        let code = text.split("#[cfg(test)]\nmod ").next().unwrap();
+        let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+        let code = lines.collect::<Vec<_>>().join(" ");
+        let words = |text: &str| -> Vec<String> {
+            text.split(|c: char| !c.is_alphanumeric() && c != '_').map(str::to_owned).collect()
+        };
+        let of = |used: &str| match used.strip_prefix('{') {
+            Some(several) => words(several.split('}').next().unwrap()),
+            None => words(used).into_iter().take(1).collect(),
+        };
+        code.split("super::").skip(1).flat_map(of).filter(|used| names.contains(used)).collect()
+    };
+    files.iter().map(|file| (name(file), used(file))).filter(|(name, _)| name != "mod").collect()
+}
+
+#[test]
+fn modules_of_a_stage_use_one_another_in_one_direction() {
+    let mut count = 0;
+    for folder in ["raster", "shade", "sampling", "optics", "picture"] {
+        let mut left = uses(folder);
+        count += left.values().map(BTreeSet::len).sum::<usize>();
+        // What uses none that are left goes, until only circles are.
+        while let Some(next) =
+            left.keys().find(|&name| left[name].iter().all(|used| used == name || !left.contains_key(used)))
+        {
+            let next = next.clone();
+            left.remove(&next);
+        }
+        assert!(left.is_empty(), "{folder}: in or above a circle: {:?}", left.keys());
+    }
+    assert!(count > 100, "the scan found nothing to check");
+}
+
 #[test]
 #[cfg(target_os = "linux")]
 fn the_binary_links_only_the_c_library() {

@@ -6,8 +6,8 @@
 //! and `y`, and its way over the film.
 
 use super::LANES;
-use super::lists::Tiles;
 use super::loose::{Image, Sixteen};
+use super::tile_lists::Tiles;
 use super::view::View;
 use glam::DVec3;
 use rayon::prelude::*;

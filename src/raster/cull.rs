@@ -1,12 +1,12 @@
 //! Culling: which clusters of triangles no sample of the picture can meet.
 //!
 //! In: the boxes of clusters in the lens frame, from `render::picture`. Out: the ranges of triangles that may be seen, and which blocks
-//! of vertices these have, for [`super::bin`] and [`super::boxes`].
+//! of vertices these have, for [`super::bin`] and [`super::triangle_boxes`].
 //!
 //! From the lens point `s` a point `X` is seen left of the pixel `-m` where `(x + m) w < 0` (see [`super::view`]); that is linear in
 //! `X` and in `s`. Over the disk of the lens it is `a + |b|` at most, `a` and `b` linear in `X`, so over a box it is largest at a corner.
 
-use super::bounds::Frustum;
+use super::vertex_boxes::Frustum;
 use super::view::View;
 use glam::{DVec3, DVec4};
 use std::ops::Range;

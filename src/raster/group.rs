@@ -4,7 +4,7 @@
 //! shaded in one go (`shade::run`, `shade::shadowed`). A group is a block, an id, and the set of lanes that see it there,
 //! `{ lane : id(lane) = id }`; groups are counted for each id, and sorted by that.
 
-use super::view::Batch;
+use super::batch::Batch;
 use super::visibility::{NOTHING, REGION, Visibility};
 use super::{BATCHES, LANES};
 use crate::simd::at_level;

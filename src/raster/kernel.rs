@@ -3,7 +3,8 @@
 //! In: the set-up of 16 triangles ([`super::setup`]) and a batch of 16 samples, which have a place in every block of the tile.
 //! Out: what is seen ([`super::visibility`]). Triangles behind all that is seen are passed over, 16 in one comparison. For each
 //! other, the functions are made for the 16 lens points; then [`super::regions`] draws block by block, or [`super::scatter`] lens
-//! point by lens point, whichever visits less.
+//! point by lens point, where that visits less than a sixth as many patches as there are blocks; what comes near or lets samples
+//! through is for [`super::regions`], which can ask.
 //!
 //! Of the coefficients `e_1`, `e_u` and so on: `c = e_1 + u e_u + v e_v`, `cx = e_x + u e_xu + v e_xv`, `cy` likewise, and
 //! `c0 = c + jx cx + jy cy` with the sample's place `jx`, `jy` in its block. Edges are multiplied by the sign of `N.(v0 - s)`,
@@ -12,11 +13,12 @@
 //! One generic source for every SIMD level. Multiply and add stay apart: a fused product rounds
 //! differently, and the same bytes are wanted at every level.
 
+use super::batch::Batch;
 use super::film::TileFilm;
 use super::part::Spans;
 use super::setup::{Bilinear, Block};
-use super::view::Batch;
 use super::visibility::Visibility;
+use super::visit::{Functions, Opaque, Visit};
 use super::{LANES, regions, scatter};
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16};
@@ -32,46 +34,6 @@ pub(crate) struct Visits<'a> {
     pub size: (u32, u32),
     /// The surfaces in the tile, each with the triangle that was met first.
     pub surfaces: &'a [u32],
-}
-
-/// One of them.
-pub(crate) struct Visit {
-    /// Its number in the scene.
-    pub triangle: u32,
-    /// What is written where the triangle is seen: the number of its surface in the tile.
-    pub id: u32,
-    /// The triangle of that surface that the tile met first.
-    pub first: u32,
-    /// `1/t` of the near plane, as [`TileFilm::near`], where it may come nearer.
-    pub near: Option<[f32; 3]>,
-    /// Samples that meet it may pass through.
-    pub cutout: bool,
-}
-
-/// Samples of a block that meet a triangle.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Hit {
-    pub block: u16,
-    /// Lane 0 in the lowest bit.
-    pub lanes: u16,
-}
-
-/// Leaves of hits those lanes that the surface of a visit does not let through.
-pub(crate) type Opaque<'a> = dyn Fn(&Visit, &mut [Hit]) + 'a;
-
-/// A triangle's functions for 16 lens points: each the value at the tile's centre, and its change with `x`
-/// and `y` in pixels. Inside where `a`, `b` and `c` are not negative, of a quad `d` neither; `z` is `1/t`.
-#[derive(Clone, Copy)]
-pub(super) struct Functions<S: Simd> {
-    pub a: [f32x16<S>; 3],
-    pub b: [f32x16<S>; 3],
-    pub c: [f32x16<S>; 3],
-    pub d: [f32x16<S>; 3],
-    pub z: [f32x16<S>; 3],
-    /// Lanes that are in use and do not see the triangle edge-on.
-    pub live: mask32x16<S>,
-    /// The size of a block in pixels.
-    pub step: (f32, f32),
 }
 
 /// Tests every triangle, in order, against `seen`.
@@ -105,7 +67,7 @@ fn cover_all<S: Simd, const LOOSE: bool>(
     let live = mask32x16::from_bitmask(simd, u64::from(batch.live));
     let floor = live.select(floors, f32x16::splat(simd, f32::INFINITY)).reduce_min();
     let nearest = f32x16::load_array_ref(simd, &visits.block.nearest);
-    // What is no number is not behind anything.
+    // NaN is not behind anything.
     let hidden = nearest.simd_le(f32x16::splat(simd, floor)).to_bitmask() as u16;
     let mut rest = visits.block.live & visits.spans.some & !hidden;
     let is_full = batch.live == u16::MAX;
@@ -129,8 +91,7 @@ fn cover_all<S: Simd, const LOOSE: bool>(
     seen.raise_floor(simd);
 }
 
-/// A bilinear function of triangle `lane` for the 16 lens points, times `factor`: its value at the tile's
-/// centre, and its change with `x` and `y`. A function and not a closure: closures do not inline into a SIMD context.
+/// A bilinear function of triangle `lane` for the 16 lens points, times `factor`: `c0` of the module, and its change with `x` and `y`. A function and not a closure: closures do not inline into a SIMD context.
 #[inline(always)]
 fn at_lens<S: Simd>(simd: S, e: &Bilinear, lane: usize, batch: &Batch, factor: f32x16<S>) -> [f32x16<S>; 3] {
     let u = f32x16::load_array_ref(simd, &batch.u);
@@ -170,7 +131,7 @@ fn cover_one<S: Simd, const LOOSE: bool>(
     let [x0, x1, y0, y1] = spans.blocks[lane].map(i32::from);
     let mut blocks = [x0, x1, y0, y1];
     let mut boxes = None;
-    if is(block.imaged) && (x1 - x0 + 1) * (y1 - y0 + 1) > FEW {
+    if is(block.imaged) && (x1 - x0 + 1) * (y1 - y0 + 1) > NARROWED_ABOVE {
         // Where each lens point sees the triangle: tighter than any box that was made beforehand.
         let corners = (&block.corners, is(block.quads).then_some(&block.fourth));
         let found = scatter::ranges(simd, corners, lane, batch, size, blocks);
@@ -185,7 +146,7 @@ fn cover_one<S: Simd, const LOOSE: bool>(
         let [x0, x1, y0, y1] = found.union;
         blocks = found.union;
         // Small triangles far apart for different lens points: one lens point and 16 blocks at a time.
-        if !visit.cutout && visit.near.is_none() && 6 * found.patches < (x1 - x0 + 1) * (y1 - y0 + 1) {
+        if !visit.cutout && visit.near.is_none() && WORTH * found.patches < (x1 - x0 + 1) * (y1 - y0 + 1) {
             if LOOSE && !found.sift(block.nearest[lane], seen) {
                 return;
             }
@@ -227,7 +188,10 @@ fn cover_one<S: Simd, const LOOSE: bool>(
 }
 
 /// So many blocks are visited sooner than narrowed down.
-const FEW: i32 = 12;
+const NARROWED_ABOVE: i32 = 12;
+
+/// A patch for one lens point takes about as long as so many blocks for all 16. (A quarter or a ninth: no difference.)
+const WORTH: i32 = 6;
 
 #[cfg(test)]
 mod tests {

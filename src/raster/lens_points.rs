@@ -1,7 +1,7 @@
 //! The lens points of a tile, and which of them see a small triangle far out of focus ([`super::loose`]) there: one or two, or none.
 //!
 //! In: a tile's samples, loose triangles in bunches ([`super::bunches`]), and the others that are listed with the tile
-//! ([`super::lists`]). Out: those that a lens point may see, nearest first, each with these lens points as bits, for [`super::bin`]. The
+//! ([`super::tile_lists`]). Out: those that a lens point may see, nearest first, each with these lens points as bits, for [`super::bin`]. The
 //! lens points that see a triangle in the tile lie in a rectangle: for each axis a table holds the lens points before each of 255
 //! places, so two look-ups an axis are all that is asked. Rectangles are made for 16 triangles at once, a bunch, of which the tile
 //! may see something.
@@ -10,10 +10,10 @@
 //! `t = g^-1 (a - x_1, b - y_1)`, in the terms of [`super::loose`]. With `a` and `b` the tile, widened by the triangle's reach, that is a
 //! rectangle about the tile's middle.
 
+use super::batch::Pattern;
 use super::bunches::{Bunches, SLICE, Slice};
-use super::lists::{Cursor, TileLists};
 use super::loose::Sixteen;
-use super::view::Pattern;
+use super::tile_lists::{Cursor, TileLists};
 use super::{LANES, TILE};
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16};
@@ -283,9 +283,10 @@ fn step(at: f32) -> f32 {
 mod tests {
     use super::*;
     use crate::random::Random;
+    use crate::raster::batch::Batch;
     use crate::raster::bunches::Bunches;
-    use crate::raster::lists::Tiles;
-    use crate::raster::view::{Batch, View, test_view};
+    use crate::raster::tile_lists::Tiles;
+    use crate::raster::view::{View, test_view};
     use crate::simd::SimdLevel;
     use glam::{DVec3, DVec4};
 

@@ -1,7 +1,7 @@
 //! Front to back: keys in, the places of their owners in rising order out.
 //!
 //! In: for each candidate of [`super::bin`] the depth `z` of its nearest corner, and its place. Out: the places, nearest first,
-//! equal ones as they came, for [`super::lists`]. The key is the bits of `max(0, z)`, sorted by eleven of them at a time, lowest
+//! equal ones as they came, for [`super::tile_lists`]. The key is the bits of `max(0, z)`, sorted by eleven of them at a time, lowest
 //! first.
 
 /// Bits of a key that one pass sorts by.

@@ -1,10 +1,10 @@
 //! What is drawn of a tile, and the blocks of it that triangles may touch.
 //!
-//! In: boxes of pixels ([`super::bounds`]). Out: the blocks of the tile that lie in them, for [`super::tile`], [`super::listed`] and
+//! In: boxes of pixels ([`super::vertex_boxes`]). Out: the blocks of the tile that lie in them, for [`super::tile`], [`super::loose_queue`] and
 //! [`super::kernel`]: from `(x0 - x) / w`, `x` being the tile's first pixel and `w` the width of a block, to `(x1 - x) / w`, and
 //! likewise down.
 
-use super::bounds::PixelBox;
+use super::vertex_boxes::PixelBox;
 use super::visibility::{EVERYWHERE, wants};
 use super::{LANES, TILE};
 

@@ -6,17 +6,15 @@
 //! where one corner says, for every lens point, that it lies outside an edge or behind what is there. Sums are taken in the same
 //! order at corners and inside, so rounding is monotonic and the corner's word is exact.
 
-use super::kernel::{Functions, Hit, Opaque, Visit};
-use super::view::Batch;
+use super::batch::Batch;
 use super::visibility::{REGION, Visibility};
+use super::visit::{Functions, Hit, Opaque, Visit};
 use super::{LANES, TILE};
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16, mask32x16, u32x16};
 use std::ops::Range;
 
-/// So many blocks are visited sooner than their regions are looked at, which takes some three hundred instructions before the first. (Of
-/// those after a picture's first sample 9 % less on Sponza 160 pixels wide than where four were, and looked up in the same loop;
-/// 640 pixels wide 4 % on the table top, 1 % and less elsewhere. Six instead of nine: 6 % of 9.)
-const FEW: i32 = 9;
+/// So many blocks are visited sooner than their regions are looked at, which takes some three hundred instructions before the first.
+const WITHOUT_REGIONS: i32 = 9;
 
 /// Blocks on the side of a region. (With a sign: numbers without one take a branch to become floats.)
 const SIDE: i32 = REGION as i32;
@@ -49,7 +47,7 @@ pub(super) fn draw<S: Simd, const QUAD: bool>(
     let Functions { live, step, .. } = *functions;
     let [x0, x1, y0, y1] = blocks;
     let is_plain = QUAD || !visit.cutout && visit.near.is_none();
-    let is_few = is_plain && x1 - x0 < SIDE && (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW;
+    let is_few = is_plain && x1 - x0 < SIDE && (x1 - x0 + 1) * (y1 - y0 + 1) <= WITHOUT_REGIONS;
     // (Of a quad each region by itself: the loops once less, which are compiled for every level, a twentieth of the library's build, and
     // no slower. Of triangles too: coverage 10 to 40 % slower.)
     if !QUAD && is_few {
@@ -235,7 +233,7 @@ impl<S: Simd, const QUAD: bool> Row<S, QUAD> {
         let y = row as f32 * step.1 - half;
         let edges = [[a0 + ay * y, ax], [b0 + by * y, bx], [c0 + cy * y, cx], [d0 + dy * y, dx]];
         let first = column as f32 * step.0 - half;
-        // What is no number is not nearer than anything.
+        // NaN is not nearer than anything.
         let z0 = candidates.select(z0, f32x16::splat(simd, f32::NAN));
         Self { edges, depth: [z0 + zy * y, zx], first, step: step.0, y }
     }

@@ -9,10 +9,10 @@
 //! between would be visited; drawn lens point by lens point only its own. The sums are the same in the same
 //! order, so the bits are those of [`super::regions`].
 
-use super::kernel::Functions;
+use super::batch::Batch;
 use super::setup::{Image, Images};
-use super::view::Batch;
 use super::visibility::{REGION, Visibility};
+use super::visit::Functions;
 use super::{LANES, TILE};
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, i32x16, mask32x16};
 

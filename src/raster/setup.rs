@@ -10,8 +10,8 @@
 //! and an edge's place is good to about 1e-5 of a pixel.
 
 use super::LANES;
-use super::bounds::affine;
 use super::film::{ROUNDING, TileFilm};
+use super::vertex_boxes::affine;
 use crate::simd::at_level;
 use fearless_simd::{Bytes, Level, Select, Simd, SimdBase, SimdMask, SimdNarrow, f32x16, f64x8, u32x16};
 
@@ -238,7 +238,7 @@ impl<S: Simd> Face<S> {
         Self { facing, plane }
     }
 
-    /// 1 where all of the lens sees the front, -1 where all sees the back, 0 where it may see both.
+    /// The sign of `N.(v0 - s)` where it is the same for all of the lens, 1 where the normal points away from it; else 0.
     #[inline(always)]
     fn side(&self, simd: S) -> f64x8<S> {
         let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));

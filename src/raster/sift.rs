@@ -6,10 +6,10 @@
 //! kept for each batch to come by. Which triangles these are is decided by the same numbers that place them for
 //! [`super::scatter`], with the same margin: nothing that is seen is left out.
 
+use super::batch::{Batch, Pattern};
 use super::film::TileFilm;
 use super::scatter::{MARGIN, ranges};
 use super::setup::{Corner, Corners, Image, Images, corner, corners, images};
-use super::view::{Batch, Pattern};
 use super::{LANES, TILE};
 use crate::simd::at_level;
 use fearless_simd::{Level, Simd, SimdBase, SimdMask, f32x16};

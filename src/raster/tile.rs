@@ -2,7 +2,7 @@
 //!
 //! In: the tile and its batches, one by one, from `render::draw`; triangles from [`super::bin`]. Out: what each batch sees,
 //! sorted into groups. On the way lie [`super::waiting`], [`super::sift`], [`super::setup`], [`super::kernel`],
-//! [`super::visibility`] and [`super::group`]; far out of focus [`super::lens_points`] and [`super::listed`], too.
+//! [`super::visibility`] and [`super::group`]; far out of focus [`super::lens_points`] and [`super::loose_queue`], too.
 //!
 //! Triangles are set up 16 at a time, and only when a batch comes to them (loose ones for each batch that does): what lies behind
 //! all that the batches see, nearest corner and all, is never touched. From the depth `z` on, `1/t` is at most `deepest / z`,
@@ -10,42 +10,22 @@
 //! above its floor.
 
 use super::LANES;
-use super::bin::Bins;
+use super::batch::{Batch, Pattern};
 use super::film::TileFilm;
+use super::geometry::Geometry;
 use super::group::Groups;
-use super::kernel::{Opaque, Visits, cover};
+use super::kernel::{Visits, cover};
 use super::lens_points::LensPoints;
-use super::listed::Listed;
-use super::lists::Cursor;
+use super::loose_queue::LooseQueue;
 use super::part::{Part, Spans};
 use super::setup::Block;
 use super::sift::Sieve;
 use super::surfaces::Surfaces;
-use super::view::{Batch, Pattern, View};
+use super::tile_lists::Cursor;
 use super::visibility::{EVERYWHERE, Visibility};
+use super::visit::Opaque;
 use super::waiting::Waiting;
 use fearless_simd::Level;
-use glam::DVec3;
-
-/// The geometry to draw, in the lens frame.
-pub(crate) struct Geometry<'a> {
-    pub view: &'a View,
-    pub bins: &'a Bins,
-    pub positions: &'a [DVec3],
-    /// How many surfaces triangles are part of.
-    pub surfaces: usize,
-    /// Seconds from any start.
-    pub clock: Option<&'a (dyn Fn() -> f64 + Sync)>,
-    /// Whether what is drawn is no longer wanted.
-    pub stop: &'a dyn Fn() -> bool,
-}
-
-impl Geometry<'_> {
-    /// Nothing where there is no clock.
-    fn now(&self) -> f64 {
-        self.clock.map_or(0.0, |clock| clock())
-    }
-}
 
 /// What one thread reuses from tile to tile.
 pub(crate) struct TileScratch {
@@ -58,7 +38,7 @@ pub(crate) struct TileScratch {
     sieve: Sieve,
     is_crowded: bool,
     /// Where most of the tile's triangles are loose, what may be seen of them.
-    listed: Listed,
+    listed: LooseQueue,
     /// The candidates to be set up next.
     next: Waiting,
     /// Set-ups, of which the first `ready` are this tile's, and cell by cell their spans.
@@ -82,7 +62,7 @@ impl Default for TileScratch {
             is_loose: false,
             sieve: Sieve::default(),
             is_crowded: false,
-            listed: Listed::default(),
+            listed: LooseQueue::default(),
             next: Waiting::default(),
             blocks: Vec::new(),
             ready: 0,
@@ -134,7 +114,7 @@ impl TileScratch {
         (next.count, next.is_last) = (0, false);
         for turn in 0..MOST_TURNS {
             let first = next.count;
-            geometry.bins.next(level, self.part.tile, &mut self.cursor, lens.as_deref_mut(), next);
+            next.fill(level, geometry.bins, self.part.tile, &mut self.cursor, lens.as_deref_mut());
             let found = first..next.count;
             next.is_last = found.len() < LANES - first;
             next.count = first;

@@ -1,7 +1,7 @@
 //! What is seen: depth and surface of 16 samples at each block of a tile.
 //!
 //! In: `1/t` and id of what samples see, from [`super::regions`] and [`super::scatter`]: the largest `1/t` yet, and of equal ones
-//! the first. Out: the ids, batch by batch, for [`super::group`]; for [`super::kernel`], [`super::scatter`], [`super::listed`] and
+//! the first. Out: the ids, batch by batch, for [`super::group`]; for [`super::kernel`], [`super::scatter`], [`super::loose_queue`] and
 //! [`super::tile`] whether anything can still be seen. Lane by lane, `floor = min 1/t` over the 16 blocks of a region, or over the
 //! tile: a triangle whose `1/t` is nowhere above it is hidden.
 
@@ -159,7 +159,7 @@ impl Visibility {
                 if self.lows[at] < nearest && self.stale >> at & 1 == 1 {
                     self.region_floor(simd, column, row);
                 }
-                // Mostly the first region says so, and what is no number is not behind anything.
+                // Mostly the first region says so, and NaN is not behind anything.
                 let is_hidden = self.lows[at] >= nearest;
                 if !is_hidden {
                     return false;
@@ -203,7 +203,7 @@ impl Visibility {
         open
     }
 
-    /// Whether none of them is left.
+    /// Whether all of the `lanes` see something at least as near everywhere in the tile.
     pub(crate) fn hides(&self, nearest: f32, lanes: u16) -> bool {
         self.floor.iter().enumerate().all(|(lane, &floor)| lanes >> lane & 1 == 0 || floor >= nearest)
     }

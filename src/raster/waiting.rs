@@ -4,12 +4,15 @@
 //! leaves, in the same order, and their corners side by side, for [`super::setup`].
 
 use super::LANES;
-use super::bin::Candidate;
-use super::bounds::PixelBox;
+use super::bin::Bins;
+use super::candidate::Candidate;
 use super::film::TileFilm;
+use super::geometry::Geometry;
+use super::lens_points::LensPoints;
 use super::setup::{Block, Corner, Corners};
 use super::sift::Sieve;
-use super::tile::Geometry;
+use super::tile_lists::Cursor;
+use super::vertex_boxes::PixelBox;
 use super::view::View;
 use fearless_simd::Level;
 use glam::DVec3;
@@ -17,7 +20,7 @@ use glam::DVec3;
 /// See the module.
 #[derive(Default)]
 pub(super) struct Waiting {
-    /// Their numbers among all candidates, as they were read: of those that moved since another's.
+    /// Their numbers among all candidates, right after they were read: [`Waiting::replace`] does not move them.
     pub numbers: [u32; LANES],
     pub candidates: [Candidate; LANES],
     /// The fourth corners of those that are quads, of triangles the third once more; of no use where there are no quads.
@@ -34,6 +37,38 @@ pub(super) struct Waiting {
 }
 
 impl Waiting {
+    /// Adds the next candidates, nearest first, that may touch tile `(x, y)`, and their boxes from each cell; where most are loose, those
+    /// that anything within the lens may see there.
+    pub(super) fn fill(
+        &mut self,
+        level: Level,
+        bins: &Bins,
+        tile: (u32, u32),
+        cursor: &mut Cursor,
+        lens: Option<&mut LensPoints>,
+    ) {
+        let (first, cells) = (self.count, bins.cells());
+        self.count += bins.next(level, tile, cursor, lens, &mut self.numbers[first..]);
+        let those = first..self.count;
+        // They lie anywhere in memory: with nothing to decide in between, it brings many at once.
+        for at in those.clone() {
+            self.candidates[at] = bins.candidate(self.numbers[at]);
+        }
+        if bins.has_quads() {
+            for at in those.clone() {
+                self.fourths[at] = bins.fourth(self.numbers[at]);
+            }
+        }
+        self.boxes.truncate(first * cells);
+        if cells == 1 {
+            self.boxes.extend(self.candidates[those].iter().map(|candidate| candidate.pixels));
+            return;
+        }
+        for &number in &self.numbers[those] {
+            self.boxes.extend_from_slice(bins.boxes(number));
+        }
+    }
+
     /// Moves a candidate to a place before it.
     pub(super) fn replace(&mut self, to: usize, from: usize, cells: usize) {
         if to != from {
@@ -84,7 +119,7 @@ impl Waiting {
         for (lane, candidate) in self.candidates.iter().take(self.count).enumerate() {
             depths[lane] = candidate.nearest;
             block.triangles[lane] = candidate.triangle;
-            let near = f64::from(candidate.nearest) < geometry.view.near * (1.0 + 1e-6);
+            let near = geometry.view.may_be_near(f64::from(candidate.nearest));
             block.near |= u16::from(near) << lane;
             block.cutout |= u16::from(candidate.is_cutout()) << lane;
         }

@@ -3,8 +3,8 @@
 //! In: how many columns and rows of a tile are in the picture. Out, for [`super::draw`]: which regions are to be drawn, and which
 //! samples of a group are to be shaded. What lies outside has no samples, and its sums stay 0.
 
+use crate::raster::batch::{Batch, Pattern};
 use crate::raster::group::Group;
-use crate::raster::view::{Batch, Pattern};
 use crate::raster::visibility::{EVERYWHERE, REGION};
 use crate::raster::{LANES, TILE};
 

@@ -12,7 +12,8 @@
 //! pixels: 0.02 at 45 degrees for an aperture of a millimetre.
 
 use crate::optics::Optics;
-use crate::raster::view::{Batch, LensCell, Pattern, View};
+use crate::raster::batch::{Batch, LensCell, Pattern};
+use crate::raster::view::View;
 use crate::raster::{LANES, TILE};
 use crate::sampling::{self, ApertureShape, Diffraction};
 use glam::{DMat2, DVec2};
@@ -91,7 +92,7 @@ impl FilmDiffraction {
         self.reach
     }
 
-    /// The regions of the lens, each with each class of samples.
+    /// The cells of the lens, each with each class of samples.
     pub(super) fn cells(&self, lens: &[LensCell]) -> Vec<LensCell> {
         let classes = self.classes();
         lens.iter()
@@ -126,7 +127,7 @@ impl FilmDiffraction {
         })
     }
 
-    /// The samples of `tile` with their film points displaced, in batches by region of the lens and by how far they go.
+    /// The samples of `tile` with their film points displaced, in batches by cell of the lens and by how far they go.
     pub(super) fn displace(&self, view: &View, tile: (u32, u32), pattern: &Pattern) -> Pattern {
         let matrix = self.at(view, tile);
         let mut moved: Vec<Moved<'_>> = Vec::with_capacity(pattern.batches.len() * LANES);
@@ -166,7 +167,7 @@ struct Moved<'a> {
     part: f64,
 }
 
-/// A batch of samples of one region of the lens, the one that goes farthest last.
+/// A batch of samples of one cell of the lens, the one that goes farthest last.
 fn together(chunk: &[Moved<'_>], classes: &[f64; CLASSES.len()]) -> Batch {
     let farthest = chunk.last().map_or(0.0, |moved| moved.part);
     let class = classes.iter().position(|&part| farthest <= part).unwrap_or(CLASSES.len() - 1);

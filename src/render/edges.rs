@@ -27,14 +27,14 @@ use crate::simd::at_level;
 const BLURRED: f64 = 0.08;
 const SHARP: f64 = 1.2 / 3.0;
 
+/// The same for diagonals: through a lens; and through a pinhole with a number of samples that 32 divides, and with others.
+const DIAGONAL_BLURRED: f64 = 0.24;
+const DIAGONAL_SHARP: [f64; 2] = [0.12, 0.42];
+
 /// The constant for an edge that diffraction spreads, and the power by which its error falls: a ray is bent by two more numbers, and in
 /// more dimensions the error falls more slowly. Both found by measuring (bars of one and three pixels, 16 to 4096 samples).
 const SPREAD: f64 = 0.045;
 const SPREAD_FALL: f64 = 1.1;
-
-/// The same for diagonals: through a lens; and through a pinhole with a number of samples that 32 divides, and with others.
-const DIAGONAL_BLURRED: f64 = 0.24;
-const DIAGONAL_SHARP: [f64; 2] = [0.12, 0.42];
 
 /// The edges of a tile.
 #[derive(Clone, Copy, Default)]

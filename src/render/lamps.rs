@@ -4,7 +4,7 @@
 use super::diffraction::Disk;
 use super::lit::Lit;
 use super::spread::Spread;
-use crate::raster::bounds::Frustum;
+use crate::raster::vertex_boxes::Frustum;
 use crate::raster::view::View;
 use crate::sampling::ApertureShape;
 use crate::scene::{Material, Scene, Surfaces};

@@ -11,7 +11,7 @@
 //! texture, so that they may share a look-up.
 
 use crate::raster::LANES;
-use crate::raster::view::{Batch, LensCell, Pattern};
+use crate::raster::batch::{Batch, LensCell, Pattern};
 use crate::sampling::runs::Run;
 use crate::sampling::{self, ApertureShape, PointSet, Sample};
 
@@ -20,15 +20,15 @@ use crate::sampling::{self, ApertureShape, PointSet, Sample};
 pub(super) struct Splits {
     /// Pixel x, lens a, pixel y, lens b.
     bits: [u32; 4],
-    /// How often the lens is halved along each axis into regions whose triangles are told apart.
+    /// How often the lens is halved along each axis into cells whose triangles are told apart.
     lens_bits: [u32; 2],
 }
 
-/// From so many samples on the lens is divided into regions: their boxes take longer to make than to do without before. (At 64 as
+/// From so many samples on the lens is divided into cells: their boxes take longer to make than to do without before. (At 64 as
 /// many as 2 % of a picture's time, 7 % of what is blurred at f/0.5; at 256 they save 2 % and 5 %.)
-const REGIONS_FROM: u32 = 256;
+const CELLS_FROM: u32 = 256;
 
-/// More regions of the lens would cost more in boxes than they save in visits.
+/// More cells of the lens would cost more in boxes than they save in visits.
 const MOST_LENS_BITS: u32 = 2;
 
 impl Splits {
@@ -39,11 +39,11 @@ impl Splits {
         Self { bits, lens_bits: [0; 2] }
     }
 
-    /// Those of all samples of a picture; with diffraction, which divides regions further, only four regions of the lens.
+    /// Those of all samples of a picture; with diffraction, which divides cells further, only four cells of the lens.
     pub(super) fn uniform(samples: u32, has_diffraction: bool) -> Self {
         let all = Self::new(samples);
         let most = if has_diffraction { 1 } else { MOST_LENS_BITS };
-        let lens_bits = if samples < REGIONS_FROM { [0; 2] } else { [1, 3].map(|i| all.bits[i].min(most)) };
+        let lens_bits = if samples < CELLS_FROM { [0; 2] } else { [1, 3].map(|i| all.bits[i].min(most)) };
         Self { lens_bits, ..all }
     }
 
@@ -73,7 +73,7 @@ impl Splits {
         1 << self.bits.iter().sum::<u32>()
     }
 
-    /// The cluster of a sample, and the region of the lens that it lies in.
+    /// The cluster of a sample, and the cell of the lens that it lies in.
     fn place(self, sample: &Sample) -> (usize, usize) {
         let coordinates = [sample.pixel[0], sample.square[0], sample.pixel[1], sample.square[1]];
         let interval = |dimension: usize, bits: u32| {
@@ -89,7 +89,7 @@ impl Splits {
         (cluster, interval(3, b) << a | interval(1, a))
     }
 
-    /// The regions of the lens, each with a circle around it.
+    /// The cells of the lens, each with a circle around it.
     pub(super) fn lens_cells(self, shape: &ApertureShape, radius: f64) -> Vec<LensCell> {
         let [a, b] = self.lens_bits;
         let (across, down) = (1u32 << a, 1u32 << b);
@@ -107,7 +107,7 @@ impl Splits {
             .map(|cell| {
                 let (column, row) = (f64::from(cell % across), f64::from(cell / across));
                 let at = |x: f64, y: f64| map((column + x) / f64::from(across), (row + y) / f64::from(down));
-                // The map is continuous and one to one, so the farthest point lies on the region's border.
+                // The map is continuous and one to one, so the farthest point lies on the cell's border.
                 let steps = 64;
                 let border: Vec<_> = (0..=steps)
                     .flat_map(|i| {
@@ -165,7 +165,7 @@ pub(super) fn pattern(
     splits: Splits,
     stop: &dyn Fn() -> bool,
 ) -> Pattern {
-    // Below 16 samples a batch serves several pixels, so that no lane is idle.
+    // Below 9 samples a batch serves several pixels, so that most of its lanes are in use.
     let (block_width, block_height) = sampling::block(samples);
     let mut members: Vec<Vec<(u32, u32, usize, Sample)>> = vec![Vec::new(); splits.clusters()];
     for replicate in 0..2 {
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn every_sample_is_there_once_and_in_its_region() {
+    fn every_sample_is_there_once_and_in_its_cell() {
         for samples in [1, 2, 3, 7, 8, 16, 37, 100, 500] {
             for blades in [0, 3, 4, 5, 9] {
                 let shape = match blades {

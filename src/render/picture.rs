@@ -17,8 +17,10 @@ use crate::error::{Error, Result};
 use crate::plan::{Decision, RenderPlan};
 use crate::quantity::Angle;
 use crate::raster::TILE;
-use crate::raster::bin::{Bins, Quad, Triangles};
+use crate::raster::bin::Bins;
+use crate::raster::candidate::Quad;
 use crate::raster::cull::Cluster;
+use crate::raster::found::Triangles;
 use crate::raster::view::View;
 use crate::sampling::{self, ApertureShape, runs};
 use crate::scene::{Clusters, EffectName, EffectSet, Material, Scene, Sun, Surfaces};
@@ -132,7 +134,7 @@ impl<'a> Picture<'a> {
         let has_diffraction = active.has(EffectName::Diffraction);
         let (streams, splits) = match sequence {
             Sequence::Uniform(samples) => {
-                // What is drawn in several steps has the regions that all of them have: one.
+                // What is drawn in several steps has the cells that all of them have: one.
                 let steps = Splits::steps(samples, has_diffraction);
                 (samples, if let [(_, splits)] = steps[..] { splits } else { Splits::new(samples) })
             }

@@ -1,6 +1,6 @@
 //! Whether samples share look-ups in this picture: some of its tiles drawn both ways in, yes or no out.
 //!
-//! Where a texture is smooth one look-up stands for the samples of a group (`shade::texels`), and passes over what bends it there and over
+//! Where a texture is smooth one look-up stands for the samples of a group (`shade::textured`), and passes over what bends it there and over
 //! its steps of 8 bits. That changes a picture by a hundredth of its noise, as long as anything ends in it. Of one smooth wall that
 //! fills the picture the samples have next to no noise, and the change would show. So both are measured, in a few tiles evenly spread:
 //! `change^2 = sum (mean_shared - mean_alone)^2`, `noise^2 = (n_e n_o / n^2) sum (even / n_e - odd / n_o)^2` of samples that look

@@ -38,7 +38,7 @@ pub const MAX_SIDE: u32 = 32_767;
 pub const GRID: u32 = 32;
 
 /// The block of pixels, width and height, that have sample sets of their own, repeated over a square of the
-/// grid. From 16 samples a pixel on it is a single pixel: the whole square shares one set.
+/// grid. From 9 samples a pixel on it is a single pixel: the whole square shares one set.
 pub fn block(samples: u32) -> (u32, u32) {
     match samples {
         0 | 1 => (4, 4),

@@ -1,14 +1,14 @@
 //! Texture coordinates of 16 samples as functions of place: where they look, and what a pixel spans there.
 //!
 //! In: the functions `S`, `T` and `W` of a surface ([`super::look`]), lens points and places. Out: `s = S / W` and `t = T / W`,
-//! repeats of the texture from its anchor, for [`super::gather`]; the width of the pixel's footprint across its longer side, squared, for
-//! [`super::filter`]: `(s_x t_y - s_y t_x)^2` over the larger of `s_x^2 + t_x^2` and `s_y^2 + t_y^2` in texels, where
-//! `s_x = (S_x - s W_x) / W`; and how far a group's samples look, for [`super::texels`]: the sum of `|s_i| range_i` over `u`, `v`, `x` and `y`.
+//! repeats of the texture from its anchor, for [`super::fetch`]; the width of the pixel's footprint across its longer side, squared, for
+//! [`super::mip_level`]: `(s_x t_y - s_y t_x)^2` over the larger of `s_x^2 + t_x^2` and `s_y^2 + t_y^2` in texels, where
+//! `s_x = (S_x - s W_x) / W`; and how far a group's samples look, for [`super::textured`]: the sum of `|s_i| range_i` over `u`, `v`, `x` and `y`.
 
-use super::filter::FARTHEST;
 use super::look::Bilinear4;
-use super::samples::Places;
-use crate::raster::view::Batch;
+use super::mip_level::FARTHEST;
+use super::rays::Places;
+use crate::raster::batch::Batch;
 use fearless_simd::{Select, Simd, SimdBase, f32x16};
 use glam::{Vec2, Vec4};
 
@@ -121,7 +121,7 @@ fn moved<S: Simd>([c, cx, cy]: [f32x16<S>; 3], x: f32x16<S>, y: f32x16<S>) -> [f
 }
 
 impl<S: Simd> Spots<S> {
-    /// Right and down; what is no number looks at the anchor.
+    /// Right and down; NaN looks at the anchor.
     #[inline(always)]
     pub(super) fn usable(&self, simd: S) -> [f32x16<S>; 2] {
         let zero = f32x16::splat(simd, 0.0);

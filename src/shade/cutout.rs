@@ -1,19 +1,19 @@
 //! Holes and coverage: which of a batch's samples in a region meet a surface that may let them through.
 //!
 //! In: samples that meet a surface, from `raster::regions` by way of `render::draw`, and its look. Out: the same, without those
-//! that pass. Where these look comes from [`super::coordinates`], the level from [`super::filter`], alpha from [`super::gather`].
+//! that pass. Where these look comes from [`super::coordinates`], the level from [`super::mip_level`], alpha from [`super::fetch`].
 //!
 //! A sample passes where the filtered alpha of `map_Kd` or `map_d` is below a half, and by chance where the material's coverage
 //! is below 1 (`chance(pixel, triangle, sample) >= coverage`): each surface decides by itself, each sample for itself.
 
 use super::Shader;
 use super::coordinates::Coordinates;
-use super::filter::{self, Choice};
-use super::gather::holes;
+use super::fetch::holes;
+use super::lanes::of_first;
 use super::look::{Look, Placed};
-use super::texels::of_first;
-use crate::raster::kernel::Hit;
-use crate::raster::view::Batch;
+use super::mip_level::{self, Choice};
+use crate::raster::batch::Batch;
+use crate::raster::visit::Hit;
 use crate::sampling::{chance, hash};
 use crate::scene::{Mapping, Texture};
 use crate::simd::at_level;
@@ -66,12 +66,12 @@ fn solid<S: Simd>(
     corner: &impl Fn(u16) -> Vec2,
 ) {
     let coordinates = Coordinates::of_batch(simd, &placed.functions, batch);
-    let size = filter::size(map);
+    let size = mip_level::size(map);
     for hit in hits {
         let corner = corner(hit.block);
         let spots = coordinates.at(simd, f32x16::splat(simd, corner.x), f32x16::splat(simd, corner.y));
         let at = spots.usable(simd);
-        let levels = filter::alpha_levels(simd, coordinates.width_squared(&spots, size));
+        let levels = mip_level::alpha_levels(simd, coordinates.width_squared(&spots, size));
         let mut rest = hit.lanes;
         while rest != 0 {
             let (level, same) = of_first(simd, levels, rest);

@@ -5,9 +5,7 @@
 //! f/2.8 by 3 %. Where all light of a group is alike the sum of its weights does; else each sample's light has its own, for
 //! both change over the lens: the means' product was wrong by 0.002 at f/0.9, 30 degrees of tilt, however many samples there were.
 
-use super::gather::total;
-use super::samples::{Places, Rays, Samples};
-use crate::raster::group::Group;
+use super::rays::{Places, Rays};
 use fearless_simd::{Simd, SimdBase, f32x16};
 use glam::{DVec3, Vec3};
 
@@ -47,20 +45,5 @@ impl Falloff {
         let zero = f32x16::splat(simd, 0.0);
         let behind = (zero - rz).max(zero);
         behind * film.max(zero) / (square * square) * self.inverse
-    }
-
-    /// The sums of the weights of a group's even and odd samples.
-    #[inline(always)]
-    pub(super) fn sums<S: Simd>(&self, simd: S, samples: &Samples<'_>, group: &Group) -> [f32; 2] {
-        let mut sums = [0.0; 2];
-        for number in group.batches() {
-            let (lanes, Some(batch)) = (group.lanes_of(number), samples.batches.get(number)) else {
-                continue;
-            };
-            let weight = self.weights(simd, samples.rays, &samples.of_batch(simd, group, batch));
-            sums[0] += total(simd, weight, lanes & !batch.odd);
-            sums[1] += total(simd, weight, lanes & batch.odd);
-        }
-        sums
     }
 }

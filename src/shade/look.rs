@@ -6,9 +6,11 @@
 //! What is `a_i` at corner `i`, opposite to edge `i`, is `(sum a_i e_i) / (sum e_i)` between them: kept are the nine coefficients
 //! of `sum a_i e_i`, and for texture coordinates of `sum e_i`.
 
-use super::filter::Anchor;
+use super::mip_level::Anchor;
+use super::rays::{Places, Rays};
 use super::sun::SurfacePlane;
 use crate::scene::Mapping;
+use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
 use glam::{DVec2, DVec3, DVec4, Vec3, Vec4};
 
 /// Coefficients of `1, u, v, x, xu, xv, y, yu, yv`, four functions side by side.
@@ -118,6 +120,14 @@ impl Look {
             lit: [Vec3::ZERO; 2],
             plane: None,
         }
+    }
+
+    /// Which of 16 places see the back of a flat surface of which all samples see one side.
+    #[inline(always)]
+    pub(super) fn away<S: Simd>(&self, simd: S, rays: &Rays, at: &Places<S>) -> u16 {
+        let [rx, ry, rz] = rays.at_all(simd, at);
+        let face = self.face;
+        (rx * face.x + ry * face.y + rz * face.z).simd_gt(f32x16::splat(simd, 0.0)).to_bitmask() as u16
     }
 
     /// Whether it is flat, and lit otherwise on one side than on the other.

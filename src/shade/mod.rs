@@ -4,9 +4,10 @@
 //! (`render::resolve`). `color = Ke + Kd map_Kd(uv) (ambient + sun max(0, n.l) visible)`, all in linear light. `visible` is 1
 //! unless the sun casts shadows, which have a path of their own ([`shadowed`]): what is off costs nothing.
 //!
-//! The way: [`look`], a surface in a tile; [`run`], [`single`] below 16 samples a pixel, or [`shadowed`] with [`sun`] and
-//! [`shadows`]; [`slope`] where normals are interpolated, [`sky`] where there is no surface; [`texels`] with [`coordinates`], [`filter`], [`packed`], [`reads`], [`gather`] and [`bilinear`]; [`samples`], with
-//! [`falloff`]. Before all these [`cutout`] tells `raster::kernel` what samples pass through.
+//! The way: [`look`], a surface in a tile; [`run`], [`single`] where samples share nothing, or [`shadowed`] with [`sun`] and
+//! [`shadows`]; [`slope`] where normals are interpolated, [`sky`] where there is no surface; [`textured`] with [`coordinates`],
+//! [`mip_level`], [`packed`], [`fetch_queue`], [`fetch`], [`interpolate`] and [`texel`]; [`samples`] with [`rays`] and [`falloff`];
+//! masks in [`lanes`]. Before all these [`cutout`] tells `raster::regions` what samples pass through.
 //!
 //! Samples of a pixel, up to 64, that see one surface share what hardly changes between them; each looks into the texture for
 //! itself, unless it is smooth there, and has light of its own where normals are interpolated. Sharing one look-up among 16 everywhere was
@@ -14,15 +15,17 @@
 //! tower scene came out wrong by 0.009 RMS at 1024 samples (0.003 without), since few look-ups at regular places
 //! alias.
 
-mod bilinear;
 mod coordinates;
 mod cutout;
 mod falloff;
-mod filter;
-mod gather;
+mod fetch;
+mod fetch_queue;
+mod interpolate;
+mod lanes;
 mod look;
+mod mip_level;
 mod packed;
-mod reads;
+mod rays;
 mod run;
 mod samples;
 mod shadowed;
@@ -32,15 +35,17 @@ mod single;
 mod sky;
 mod slope;
 mod sun;
-mod texels;
+mod texel;
+mod textured;
 
 pub(crate) use falloff::Falloff;
 pub(crate) use look::{Look, LookParts};
-pub(crate) use samples::{LaneSums, Rays, Samples};
+pub(crate) use rays::Rays;
+pub(crate) use samples::{LaneSums, Samples};
 pub(crate) use shadowed::SunSamples;
 pub(crate) use sight::Sight;
 pub(crate) use sun::ShadowSun;
-pub(crate) use texels::LookUps;
+pub(crate) use textured::LookUps;
 
 use crate::scene::{Mapping, Material, NONE, Sky, Sun, Surfaces};
 use glam::{DVec3, Vec3, Vec4};

@@ -1,11 +1,12 @@
 //! Samples side by side: groups in, full batches of 16 samples out, each with the number of its sum.
 //!
 //! A group of five samples would leave eleven of sixteen lanes idle, so samples of several groups share the lanes, in the order
-//! of their lanes, one group after the other, for [`super::texels`] and [`super::run`]. (Moving the lanes that a group has of a
+//! of their lanes, one group after the other, for [`super::textured`] and [`super::run`]. (Moving the lanes that a group has of a
 //! batch together at once, five instructions for all of them with AVX-512, was no faster: of 64 samples a group has one or two of
 //! each batch.)
 
-use super::samples::{Places, Samples};
+use super::rays::Places;
+use super::samples::Samples;
 use crate::raster::group::Group;
 use crate::raster::{BATCHES, LANES};
 use fearless_simd::Simd;

@@ -7,20 +7,21 @@
 //! Sixteen groups at a time. Of a flat surface all samples of a group receive one light, that of the side which is seen from its
 //! mean place; where normals are interpolated, or both sides of a flat surface may be seen (a table top at the lens's height was wrong by
 //! 0.06 RMS at f/1, whatever the number of samples), each sample has its own ([`Slope`]). What samples read from the texture comes
-//! from [`super::texels`]. One generic source for every SIMD level, product and sum apart, so the same bits.
+//! from [`super::textured`]. One generic source for every SIMD level, product and sum apart, so the same bits.
 
+use super::fetch_queue::Reads;
+use super::lanes::of_groups;
 use super::look::Look;
-use super::reads::Reads;
-use super::samples::{Places, Rays, Samples, Sums};
+use super::samples::{Samples, Sums};
 use super::single;
 use super::sky;
 use super::slope::Slope;
-use super::texels::{LookUps, Textured, of_groups};
+use super::textured::{LookUps, Textured};
 use super::{Paint, Shader};
 use crate::raster::LANES;
 use crate::raster::group::Group;
 use crate::simd::{apart, at_level};
-use fearless_simd::{Level, Simd, SimdBase, SimdMask, f32x16};
+use fearless_simd::{Level, Simd};
 use glam::Vec4;
 
 impl Shader<'_> {
@@ -66,7 +67,7 @@ fn surface<S: Simd>(
         let at = samples.places(simd, chunk);
         let away = match slope {
             Some(_) => 0,
-            None => away(simd, look, samples.rays, &at),
+            None => look.away(simd, samples.rays, &at),
         };
         match &mut texture {
             Some(texture) => {
@@ -102,12 +103,4 @@ fn surface<S: Simd>(
             samples.add(group, colors, sums);
         }
     }
-}
-
-/// Which of 16 places see the back of a flat surface of which all samples see one side.
-#[inline(always)]
-pub(super) fn away<S: Simd>(simd: S, look: &Look, rays: &Rays, at: &Places<S>) -> u16 {
-    let [rx, ry, rz] = rays.at_all(simd, at);
-    let face = look.face;
-    (rx * face.x + ry * face.y + rz * face.z).simd_gt(f32x16::splat(simd, 0.0)).to_bitmask() as u16
 }

@@ -1,47 +1,17 @@
-//! The samples of up to four batches in one tile, as shading takes them: the rays of the tile, where groups of samples lie,
-//! and which pixels they belong to.
+//! The samples of up to four batches in one tile, as shading takes them: where groups of them lie, and which pixels they belong to.
 //!
 //! In: batches (`raster::view`), groups of them (`raster::group`), and at the end each group's light ([`super::run`],
-//! [`super::shadowed`]). Out: a group's place, the mean of its samples' `u, v, x, y`; film points `p = p_0 + x dx + y dy` and
-//! directions `q_w s - p`; what each sample's light is to be weighed by; and the sums of light, over the even and over the odd samples
+//! [`super::shadowed`]). Out: a group's place, the mean of its samples' `u, v, x, y`; what each sample's light is to be weighed by; and the sums of light, over the even and over the odd samples
 //! of a group's pixel, which `render::resolve` takes up.
 
-use super::Falloff;
+use super::falloff::Falloff;
+use super::lanes::total;
+use super::rays::{Places, Rays};
+use crate::raster::batch::{Batch, Pattern, from_center};
 use crate::raster::group::Group;
-use crate::raster::view::{Batch, Pattern, from_center};
 use crate::raster::{BATCHES, LANES, TILE};
 use fearless_simd::{Simd, SimdBase, f32x16};
-use glam::{Vec2, Vec3, Vec4};
-
-/// The rays of a tile, in single precision about its centre, lens frame.
-pub(crate) struct Rays {
-    /// The tile's centre on the film, and the steps to the next pixel.
-    pub p: Vec3,
-    pub dx: Vec3,
-    pub dy: Vec3,
-    pub focal_length: f32,
-    pub radius: f32,
-}
-
-impl Rays {
-    /// The film points `p`.
-    #[inline(always)]
-    pub(super) fn film<S: Simd>(&self, at: &Places<S>) -> [f32x16<S>; 3] {
-        [
-            at.x * self.dx.x + at.y * self.dy.x + self.p.x,
-            at.x * self.dx.y + at.y * self.dy.y + self.p.y,
-            at.x * self.dx.z + at.y * self.dy.z + self.p.z,
-        ]
-    }
-
-    /// The directions from the lens points: `q_w s - p`.
-    #[inline(always)]
-    pub(super) fn at_all<S: Simd>(&self, simd: S, at: &Places<S>) -> [f32x16<S>; 3] {
-        let [px, py, pz] = self.film(at);
-        let weight = (pz / self.focal_length + 1.0) * self.radius;
-        [weight * at.u - px, weight * at.v - py, f32x16::splat(simd, 0.0) - pz]
-    }
-}
+use glam::{Vec2, Vec4};
 
 /// What groups of samples are made of: sums over lanes for each value of each four bits of a mask, so that the mean of any
 /// group costs four loads a batch.
@@ -218,9 +188,23 @@ impl Samples<'_> {
     #[inline(always)]
     pub(super) fn totals<S: Simd>(&self, simd: S, group: &Group) -> [f32; 2] {
         match self.falloff {
-            Some(falloff) => falloff.sums(simd, self, group),
+            Some(falloff) => self.weighed(simd, falloff, group),
             None => self.counts(group),
         }
+    }
+
+    #[inline(always)]
+    fn weighed<S: Simd>(&self, simd: S, falloff: &Falloff, group: &Group) -> [f32; 2] {
+        let mut sums = [0.0; 2];
+        for number in group.batches() {
+            let (lanes, Some(batch)) = (group.lanes_of(number), self.batches.get(number)) else {
+                continue;
+            };
+            let weight = falloff.weights(simd, self.rays, &self.of_batch(simd, group, batch));
+            sums[0] += total(simd, weight, lanes & !batch.odd);
+            sums[1] += total(simd, weight, lanes & batch.odd);
+        }
+        sums
     }
 
     /// Adds the light of a group's even and odd samples, weighed already, to its pixel.
@@ -243,26 +227,5 @@ impl Samples<'_> {
         if let Some(halves) = sums.get_mut((pixel.1 * TILE + pixel.0) as usize) {
             halves[half % 2] += color;
         }
-    }
-}
-
-/// Sixteen places: of samples, or of groups on the mean.
-pub(super) struct Places<S: Simd> {
-    pub u: f32x16<S>,
-    pub v: f32x16<S>,
-    pub x: f32x16<S>,
-    pub y: f32x16<S>,
-}
-
-impl<S: Simd> Places<S> {
-    /// Of places one below the other: `u`, `v`, `x`, `y`.
-    #[inline(always)]
-    pub(super) fn of_rows(simd: S, rows: &[[f32; 4]; LANES]) -> Self {
-        let (fours, _) = rows.as_chunks::<4>();
-        let four = |i: usize| f32x16::from_slice(simd, fours[i].as_flattened());
-        let (ux_a, vy_a) = four(0).deinterleave(four(1));
-        let (ux_b, vy_b) = four(2).deinterleave(four(3));
-        let ((u, x), (v, y)) = (ux_a.deinterleave(ux_b), vy_a.deinterleave(vy_b));
-        Self { u, v, x, y }
     }
 }

@@ -8,15 +8,16 @@
 //! sample counts by its weight, in `k` as in the sums.
 
 use super::look::Look;
-use super::samples::{Places, Rays, Samples, Sums};
+use super::rays::{Places, Rays};
+use super::samples::{Samples, Sums};
 use super::shadows::SunRays;
 use super::slope::{dot, facing, set_around};
 use super::sun::{Asking, ShadowSun, SurfacePlane, directions};
-use super::texels::Textured;
-use super::{Paint, Shader, gather};
+use super::textured::Textured;
+use super::{Paint, Shader, fetch};
 use crate::raster::LANES;
+use crate::raster::batch::Batch;
 use crate::raster::group::Group;
-use crate::raster::view::Batch;
 use crate::sampling::sun_shift;
 use crate::simd::{apart, at_level};
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, f32x16};
@@ -247,10 +248,10 @@ fn surface<S: Simd>(
                 };
                 let (lanes, odd) = (group.lanes_of(0), batch.odd);
                 if samples.falloff.is_none() && light == [0.0; 2] {
-                    (gather::sums(simd, choice, at, lanes, odd), [Vec4::ZERO; 2])
+                    (fetch::sums(simd, choice, at, lanes, odd), [Vec4::ZERO; 2])
                 } else {
                     let [all, lit] =
-                        gather::weighed_and_lit(simd, choice, at, (lanes, odd), [&weights, lights]);
+                        fetch::weighed_and_lit(simd, choice, at, (lanes, odd), [&weights, lights]);
                     (all, lit)
                 }
             };

@@ -1,4 +1,4 @@
-//! Shading of single samples: below 16 samples a pixel each is a group of its own, and shares nothing.
+//! Shading of single samples, each a group of its own: where nothing is shared, as below 16 samples a pixel or with diffraction.
 //!
 //! In: a run of samples that see one surface in one tile, as groups, 16 at a time. Out: light added to their pixels, as in
 //! [`super::run`], of one sample each: `Ke + Kd texel (ambient + sun max(0, n.l))`.
@@ -7,10 +7,9 @@
 //! [`super::packed`].)
 
 use super::look::Look;
-use super::run::away;
 use super::samples::{Samples, Sums};
 use super::slope::Slope;
-use super::texels::Textured;
+use super::textured::Textured;
 use super::{Paint, Shader};
 use crate::raster::LANES;
 use crate::raster::group::Group;
@@ -47,7 +46,7 @@ pub(super) fn surface<S: Simd>(
                 }
             }
             None => {
-                let away = away(simd, look, samples.rays, &at);
+                let away = look.away(simd, samples.rays, &at);
                 for (i, group) in chunk.iter().enumerate().take(LANES) {
                     let color = emission + texels[i] * sides[usize::from(away >> i & 1)];
                     samples.add_one(group, weighed(color, i), sums);

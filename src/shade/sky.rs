@@ -6,8 +6,9 @@
 //! empty picture takes 2.7 times as long as with one ray for a group, and a third of what the tower takes for each sample (Zen 3).
 
 use super::Shader;
-use super::gather::total;
-use super::samples::{Places, Samples, Sums};
+use super::lanes::total;
+use super::rays::Places;
+use super::samples::{Samples, Sums};
 use crate::raster::LANES;
 use crate::raster::group::Group;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16};

@@ -1,12 +1,13 @@
 //! Normals of surfaces that interpolate them, and how high the sun stands over these: places of samples in, for [`super::run`],
-//! [`super::single`], [`super::texels`] and [`super::shadowed`]; cosines out, of each sample or summed over those of groups.
+//! [`super::single`], [`super::textured`] and [`super::shadowed`]; cosines out, of each sample or summed over those of groups.
 
 use super::Shader;
 use super::coordinates::{along, at_lens};
+use super::lanes::lanes_of;
 use super::look::{Bilinear4, Look};
 use super::packed::Packed;
-use super::samples::{Places, Rays, Samples};
-use super::texels::lanes_of;
+use super::rays::{Places, Rays};
+use super::samples::Samples;
 use crate::raster::LANES;
 use crate::raster::group::Group;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16};

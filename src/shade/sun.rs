@@ -6,7 +6,7 @@
 //! distance `r` from its middle, is the direction with `cos = 1 - r^2 (1 - cos a)` from the sun's centre, `a` being the sun's
 //! angular radius.
 
-use super::filter::Choice;
+use super::mip_level::Choice;
 use super::shadows::{Occluders, SunRays, Weights};
 use crate::raster::LANES;
 use crate::sampling::{chance, hash};
@@ -169,7 +169,7 @@ impl<'a> ShadowSun<'a> {
         lanes
     }
 
-    /// As eye's rays pass holes and coverage, so do the sun's: alpha interpolated in the finest level, for there is
+    /// As the eye's rays pass holes and coverage, so do the sun's: alpha interpolated in the finest level, for there is
     /// no footprint; coverage by chance, each surface and each sample by itself.
     fn solid(&self, t: u32, material: &Material, lanes: u16, weights: &Weights, asking: &Asking<'_>) -> u16 {
         let attributes = &self.surfaces.attributes[t as usize];

@@ -5,21 +5,21 @@
 //! together takes up to a third more time. (With 64 batches, where more than one sees most, the tower takes 7 % more instead.)
 
 use super::LANES;
-use super::bin::Brief;
+use super::candidate::Brief;
 use super::film::TileFilm;
+use super::geometry::Geometry;
 use super::lens_points::LensPoints;
-use super::lists::Cursor;
 use super::part::{Part, Spans};
 use super::setup::Block;
 use super::surfaces::Surfaces;
-use super::tile::Geometry;
+use super::tile_lists::Cursor;
 use super::visibility::Visibility;
 use super::waiting::Waiting;
 use fearless_simd::Level;
 
 /// See the module.
 #[derive(Default)]
-pub(super) struct Listed {
+pub(super) struct LooseQueue {
     /// (A tile has tens of thousands of them: what they do not need is asked of the bins again.)
     each: Vec<One>,
     /// For each 64 lens points those of each that may see it: a batch goes through one of them.
@@ -51,7 +51,7 @@ impl Default for Gathered {
     }
 }
 
-impl Listed {
+impl LooseQueue {
     /// For another tile, with so many words of lens points for each triangle.
     pub(super) fn clear(&mut self, words: usize) {
         self.each.clear();

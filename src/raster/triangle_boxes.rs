@@ -1,11 +1,12 @@
 //! The pixels that triangles can reach: vertices and triangles in, a box for each triangle and cell of the lens out.
 //!
-//! For [`super::bin`]. A triangle's box is that around those of its corners ([`super::bounds`]), `[min x0, max x1] x
+//! For [`super::bin`]. A triangle's box is that around those of its corners ([`super::vertex_boxes`]), `[min x0, max x1] x
 //! [min y0, max y1]`, or of the corners that the frustum leaves it.
 
-use super::bounds::{Frustum, PixelBox, point_boxes};
+use super::batch::LensCell;
 use super::cull::{BLOCK, Seen};
-use super::view::{LensCell, View};
+use super::vertex_boxes::{Frustum, PixelBox, point_boxes};
+use super::view::View;
 use fearless_simd::Level;
 use glam::DVec3;
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! Texture look-up: which level, and how it is read.
 //!
 //! In: the width of a pixel's footprint, `d` texels of the finest level ([`super::coordinates`]). Out: the level to read,
-//! and how a place in it becomes a texel, for [`super::gather`] and [`super::bilinear`]; for a single place, its colour. Colours
+//! and how a place in it becomes a texel, for [`super::fetch`] and [`super::interpolate`]; for a single place, its colour. Colours
 //! come from level `round(log2(d / 4))`, alpha from level `floor(log2(d / 4))`, not below 0; the texel is
 //! `floor(start + size s + part)`, modulo `size`, where the anchor lies at `start + part`.
 //!
@@ -92,7 +92,7 @@ pub(crate) fn size(texture: &Texture) -> Vec2 {
     texture.levels.first().map_or(Vec2::ONE, |level| Vec2::new(level.width as f32, level.height as f32))
 }
 
-/// Half of log2, rounded down; 0 below 4 and for what is no number.
+/// Half of log2, rounded down; 0 below 4 and for NaN.
 #[inline(always)]
 fn half_log2s<S: Simd>(simd: S, x: f32x16<S>) -> u32x16<S> {
     let exponents = (x.bitcast::<u32x16<S>>() >> 23) - 127;
@@ -124,7 +124,7 @@ impl<'a> Choice<'a> {
     /// Linear red, green, blue and opacity at `at` from the anchor, repeated in both directions: one place by itself, as
     /// rays read it that come by alone.
     pub(crate) fn read(&self, at: Vec2) -> Vec4 {
-        // What is no number looks at the anchor.
+        // NaN looks at the anchor.
         let known = |t: f32| if t.abs() < FARTHEST { t } else { 0.0 };
         let at = Vec2::new(known(at.x), known(at.y));
         let texels =

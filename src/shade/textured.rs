@@ -9,15 +9,17 @@
 //! Where the light differs from sample to sample, each colour is summed a second time by its sample's share of the sun's.
 
 use super::coordinates::{Coordinates, reaches};
-use super::filter::{self, Choice};
-use super::gather;
+use super::fetch;
+use super::fetch_queue::{Queue, Reads};
+use super::lanes::{lanes_of, of_first, of_groups};
 use super::look::{Look, Placed};
+use super::mip_level::{self, Choice};
 use super::packed::Packed;
-use super::reads::{Reads, Waiting};
-use super::samples::{Places, Samples};
+use super::rays::Places;
+use super::samples::Samples;
 use super::slope::Slope;
+use crate::raster::batch::Batch;
 use crate::raster::group::{Group, batches_of};
-use crate::raster::view::Batch;
 use crate::raster::{BATCHES, LANES};
 use crate::scene::{Material, Smooth, Texture};
 use crate::simd::apart;
@@ -39,13 +41,13 @@ pub(super) struct Textured<'a, S: Simd> {
 
 /// Look-ups on their way, used again from surface to surface.
 pub(crate) struct LookUps {
-    waiting: Waiting,
+    waiting: Queue,
     pub(super) packed: Packed,
 }
 
 impl Default for LookUps {
     fn default() -> Self {
-        Self { waiting: Waiting::NONE, packed: Packed::default() }
+        Self { waiting: Queue::NONE, packed: Packed::default() }
     }
 }
 
@@ -108,11 +110,11 @@ impl<'a, S: Simd> Textured<'a, S> {
     /// The one look-up of each group that needs no more: a single sample, or many that look where the texture is smooth.
     #[inline(always)]
     pub(super) fn shared(&self, simd: S, groups: &[Group], at: &Places<S>) -> Shared<S> {
-        let (map, size) = (self.map, filter::size(self.map));
+        let (map, size) = (self.map, mip_level::size(self.map));
         let coordinates = Coordinates::new(&self.placed.functions, at.u, at.v);
         let spots = coordinates.at(simd, at.x, at.y);
         let places = spots.usable(simd);
-        let levels = filter::colour_levels(simd, coordinates.width_squared(&spots, size));
+        let levels = mip_level::colour_levels(simd, coordinates.width_squared(&spots, size));
         let mut which = of_groups(groups);
         if !self.samples.single {
             let finest = if self.samples.alone || map.smooth.is_empty() {
@@ -127,7 +129,7 @@ impl<'a, S: Simd> Textured<'a, S> {
                 let near = (right.simd_le(reach) & down.simd_le(reach)).to_bitmask() as u16;
                 which &= near & levels.simd_eq(u32x16::splat(simd, 0)).to_bitmask() as u16;
                 if which != 0 {
-                    which &= gather::smooth(simd, map, choice, places);
+                    which &= fetch::smooth(simd, map, choice, places);
                 }
             } else {
                 which = 0;
@@ -153,7 +155,7 @@ impl<'a, S: Simd> Textured<'a, S> {
             let (level, same) = of_first(simd, levels, rest);
             rest &= !same;
             if let Some(choice) = Choice::colour(self.map, level, self.placed.anchor) {
-                gather::each(simd, choice, spots, same, texels);
+                fetch::each(simd, choice, spots, same, texels);
             }
         }
     }
@@ -252,36 +254,13 @@ fn dense_lanes(lanes: u64) -> u64 {
     dense
 }
 
-/// The lanes of those groups that are in the mask `which`, none of the others.
-#[inline(always)]
-pub(super) fn lanes_of(groups: &[Group], which: u16) -> [u64; LANES] {
-    let mut lanes = [0; LANES];
-    for (i, (lanes, group)) in lanes.iter_mut().zip(groups).enumerate() {
-        *lanes = if which >> i & 1 == 1 { group.lanes } else { 0 };
-    }
-    lanes
-}
-
-/// The lanes that stand for a group.
-#[inline(always)]
-pub(super) fn of_groups(groups: &[Group]) -> u16 {
-    (0xffff_u32 >> (LANES - groups.len().min(LANES))) as u16
-}
-
-/// The level of the first of `lanes`, and those of them that look into the same: mostly all.
-#[inline(always)]
-pub(super) fn of_first<S: Simd>(simd: S, levels: u32x16<S>, lanes: u16) -> (usize, u16) {
-    let level = levels.to_array()[lanes.trailing_zeros() as usize % LANES];
-    let same = levels.simd_eq(u32x16::splat(simd, level)).to_bitmask() as u16;
-    (level as usize, same & lanes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::raster::view::Pattern;
+    use crate::raster::batch::Pattern;
     use crate::scene::Level;
-    use crate::shade::samples::{LaneSums, Rays};
+    use crate::shade::rays::Rays;
+    use crate::shade::samples::LaneSums;
     use crate::simd::{SimdLevel, at_level};
     use glam::Vec3;
     use std::sync::Arc;

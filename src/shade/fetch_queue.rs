@@ -1,20 +1,21 @@
 //! Texture look-ups that wait for each other: the places of 16 batches are computed before the texels of any are fetched.
 //!
-//! In: places, whose they are, and the level and filter that they share, from [`super::texels`]. Out: [`Reads`], for each group
-//! `sum texel` over its even and its odd samples and, where the light differs between them, `sum texel light`. The look-ups themselves are [`super::gather`]'s.
+//! In: places, whose they are, and the level and filter that they share, from [`super::textured`]. Out: [`Reads`], for each group
+//! `sum texel` over its even and its odd samples and, where the light differs between them, `sum texel light`. The look-ups themselves are [`super::fetch`]'s.
 //!
 //! No processor looks farther ahead than one batch: it would wait for texels with places still to compute.
 
-use super::bilinear::{Around, Between};
-use super::filter::Choice;
-use super::gather::{FULL, nearest_texels, sum, texel};
+use super::fetch::{nearest_texels, sum};
+use super::interpolate::{Around, Between};
+use super::mip_level::Choice;
+use super::texel::{FULL, texel};
 use crate::raster::LANES;
 use crate::simd::apart;
 use fearless_simd::{Simd, SimdBase, f32x16};
 use glam::Vec4;
 
 /// Look-ups of one choice that wait.
-pub(super) struct Waiting {
+pub(super) struct Queue {
     count: usize,
     /// Whose they are, which lanes look, and which of these belong to the odd half.
     owners: [(u8, u16, u16); WAITING],
@@ -61,7 +62,7 @@ impl Reads {
     }
 }
 
-impl Waiting {
+impl Queue {
     pub(super) const NONE: Self = Self {
         count: 0,
         owners: [(0, 0, 0); WAITING],

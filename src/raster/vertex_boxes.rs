@@ -1,10 +1,11 @@
 //! Where on the film points can be seen: conservative pixel boxes over cells of the aperture.
 //!
 //! In: points in the lens frame, eight at a time: vertices, and corners of what the frustum leaves of a triangle. Out: for each
-//! point and cell the pixels that it can reach, for [`super::boxes`]: from the cell's middle `x(c)` as far as the largest change of
+//! point and cell the pixels that it can reach, for [`super::triangle_boxes`]: from the cell's middle `x(c)` as far as the largest change of
 //! its image over the cell, `radius |dx - x(c) dw| / least w`, to both sides.
 
-use super::view::{LensCell, View};
+use super::batch::LensCell;
+use super::view::View;
 use crate::geometry::clip;
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, f64x8, mask64x8};

@@ -1,19 +1,20 @@
 //! Texture look-ups for up to 16 samples at a time that see one surface: places in, summed colours out.
 //!
-//! In: places, from [`super::reads`], [`super::texels`] and [`super::shadowed`], and a level and how to read it ([`super::filter`]). Out:
+//! In: places, from [`super::fetch_queue`], [`super::textured`] and [`super::shadowed`], and a level and how to read it ([`super::mip_level`]). Out:
 //! `sum texel` over the even and over the odd samples of a group and, where the light differs between them, `sum texel light`;
 //! for [`super::cutout`] which are holes. A texel is that of column `floor(start + size s + part)`, modulo `size`, and its row,
-//! or lies between four ([`super::bilinear`]).
+//! or lies between four ([`super::interpolate`]).
 //!
 //! Places are computed for all 16 at once; the texels are fetched one by one, and those of one group, where none are
 //! interpolated, summed in whole numbers. One generic source for every SIMD level, product and sum apart, so the same bits. (In
 //! WebAssembly the look-ups are functions by themselves: with everything in one, the build took more than ten minutes.)
 
-use super::bilinear::{Around, Between};
-use super::filter::{Choice, Side};
+use super::interpolate::{Around, Between};
+use super::mip_level::Choice;
+use super::texel::{FULL, texel, wrap};
 use crate::raster::LANES;
 use crate::scene::{Texture, outline};
-use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16, u32x16};
+use fearless_simd::{Simd, SimdBase, SimdFloat, f32x16, u32x16};
 use glam::Vec4;
 
 /// The sums of the colours of the even and the odd samples among `lanes`, which look right and down from the
@@ -103,24 +104,6 @@ pub(crate) fn each<S: Simd>(
     }
 }
 
-/// [`Side::wrap`] for 16.
-#[inline(always)]
-pub(super) fn wrap<S: Simd>(simd: S, side: Side, steps: f32x16<S>) -> u32x16<S> {
-    if let Some((start, mask)) = side.binary {
-        return ((simd.cvt_i32_f32x16(steps) + start) & mask).bitcast();
-    }
-    let zero = f32x16::splat(simd, 0.0);
-    let last = f32x16::splat(simd, side.size - 1.0);
-    let texel = steps + side.start;
-    if (texel.simd_ge(zero) & texel.simd_le(last)).all_true() {
-        return simd.cvt_i32_f32x16(texel).bitcast();
-    }
-    let turns = ((texel + 0.5) * side.inverse).floor();
-    let texel = texel - turns * side.size;
-    let texel = texel.simd_gt(zero).select(texel, zero);
-    simd.cvt_i32_f32x16(texel.simd_gt(last).select(last, texel)).bitcast()
-}
-
 /// The sum of the texels at the places of `lanes`, 1 for full.
 #[inline(always)]
 pub(super) fn sum(texels: &[[u16; 4]], places: &[u32; LANES], lanes: u16) -> Vec4 {
@@ -164,18 +147,6 @@ pub(crate) fn holes<S: Simd>(simd: S, choice: Choice<'_>, at: [f32x16<S>; 2], la
     if some == 0 { all } else { all | Between::new(simd, choice, &around).holes(some) }
 }
 
-/// A texel's channel as a part of a full one.
-pub(super) const FULL: f32 = 1.0 / 65535.0;
-
-/// A texel, 65535 for full. (Copied before it is looked at, it went through registers for whole numbers.)
-#[inline(always)]
-pub(super) fn texel(texels: &[[u16; 4]], place: usize) -> Vec4 {
-    match texels.get(place) {
-        Some(&[r, g, b, a]) => Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a)),
-        None => Vec4::ZERO,
-    }
-}
-
 /// As [`sums`], of each sample's colour times its weight, and of that times its share of light: both from one reading of the texels.
 #[cfg_attr(not(target_family = "wasm"), inline(always))]
 #[cfg_attr(target_family = "wasm", inline(never))]
@@ -201,23 +172,10 @@ pub(crate) fn weighed_and_lit<S: Simd>(
     sums
 }
 
-/// The sum over `lanes`, in one order at every SIMD level.
-#[inline(always)]
-pub(super) fn total<S: Simd>(simd: S, x: f32x16<S>, lanes: u16) -> f32 {
-    let mask = mask32x16::from_bitmask(simd, u64::from(lanes));
-    let x = mask.select(x, f32x16::splat(simd, 0.0)).to_array();
-    let mut sum = [0.0; 8];
-    for i in 0..8 {
-        sum[i] = x[i] + x[i + 8];
-    }
-    let four = [sum[0] + sum[4], sum[1] + sum[5], sum[2] + sum[6], sum[3] + sum[7]];
-    (four[0] + four[2]) + (four[1] + four[3])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::raster::view::Batch;
+    use crate::raster::batch::Batch;
     use crate::scene::Level;
     use crate::shade::coordinates::Coordinates;
     use crate::shade::look::Bilinear4;
