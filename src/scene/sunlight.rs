@@ -25,7 +25,7 @@ impl Scene {
         let axes = DMat3::from_cols(ex, ey, self.optics.axis());
         let toward = (axes.transpose() * pose.vector_inverse(sun.toward)).normalize();
         let (x, y) = toward.any_orthonormal_pair();
-        let shift = sun_shift(pixel_key(seed, pixel.0, pixel.1));
+        let shift = sun_shift(pixel_key(seed, pixel.0, pixel.1), index);
         let bits = sun_square(seed, stream, index);
         let square = [0, 1].map(|c: usize| ((bits[c] ^ shift[c]) >> 8) as f32 / 16_777_216.0);
         let [a, b, c] = cone_direction(square, 0.5 * sun.angular_diameter.as_radians());

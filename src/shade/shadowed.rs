@@ -129,7 +129,7 @@ fn trace(
         }
         keys[at] = named.1;
         if soft {
-            let shift = sun_shift(named.1);
+            let shift = sun_shift(named.1, batch.index[lane]);
             for axis in 0..2 {
                 let bits = sun.square[axis][lane] ^ shift[axis];
                 square[axis][at] = (bits >> 8) as f32 * (1.0 / 16_777_216.0);
