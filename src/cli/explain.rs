@@ -221,8 +221,15 @@ fn words(explanation: &Explanation) -> String {
     text += &format!(
         "\ntime: what the effect adds to the picture's time, < where that cannot be told from chance;\nchange: RMS between with and \
          without, linear light, without noise; < where it cannot be told from noise;\nin parentheses, of what is out: what it would add and change; - where the scene \
-         cannot have it; soft shadows are compared with hard ones. Both of pictures of {} x {} pixels with {} samples.\n",
-        explanation.probe.width, explanation.probe.height, explanation.probe.samples,
+         cannot have it; soft shadows are compared with hard ones. Both of pictures of {} x {} pixels with {} samples{}.\n",
+        explanation.probe.width,
+        explanation.probe.height,
+        explanation.probe.samples,
+        if explanation.probe.width < explanation.width {
+            ",\nwhose pixels are larger: in the picture itself blur may change more, anti-aliasing less"
+        } else {
+            ""
+        },
     );
     let tolerance = report::rms(explanation.tolerance_rms);
     text += &match explanation.left_out.as_slice() {

@@ -18,6 +18,10 @@ pub(super) const PROBE: (u32, u32) = (160, 64);
 const ROUNDS: [usize; 2] = [5, 40];
 const SECONDS: f64 = 0.25;
 
+/// So many times the squared difference of two pictures the square of the error that they state is no more than a good estimate of it: the
+/// square of a factor of 1.5.
+const SHOWN: f64 = 2.25;
+
 /// What is added to a seed for other samples of the same scene, as of every other round: what two rounds have in common is not chance.
 pub(super) const TWIN: u64 = 0x9e37_79b9_7f4a_7c15;
 
@@ -115,12 +119,26 @@ impl Probe {
         [more / time, 3.0 * error / time]
     }
 
-    /// The RMS difference of the two, chance left out; and what it is at most.
+    /// The RMS difference of the two, chance left out; and what it is at most, with what all may have missed.
     pub(super) fn change(&self, other: &Self) -> [f64; 2] {
         match (&self.pictures[..], &other.pictures[..]) {
-            ([a, b], [c, d]) => Exposure::rms_change([a, b], [c, d], self.settings.exposure_ev),
+            ([a, b], [c, d]) => {
+                let [change, most] = Exposure::rms_change([a, b], [c, d], self.settings.exposure_ev);
+                [change, (most * most + self.hidden() + other.hidden()).sqrt()]
+            }
             _ => [0.0, f64::INFINITY],
         }
+    }
+
+    /// The square of the error that pictures state and do not show: samples that miss a small bright light all agree, so that nothing
+    /// tells from them what it changes. 0 where they differ about as much as they say.
+    fn hidden(&self) -> f64 {
+        let [a, b] = &self.pictures[..] else { return 0.0 };
+        let gap = a.rms_difference(b, self.settings.exposure_ev);
+        let shown = 0.5 * gap * gap;
+        let stated: f64 =
+            [a, b].iter().filter_map(|picture| picture.rms_error()).map(|error| 0.5 * error * error).sum();
+        if stated > SHOWN * shown { stated } else { 0.0 }
     }
 }
 

@@ -69,8 +69,9 @@ impl RenderPlan {
                 (true, if is_told { format!("{because}; --with {name} asks for it") } else { because })
             } else if choice.all && view.is_small(name) {
                 (true, format!("{because}; --all-effects keeps it"))
-            } else if let Some(kept) = keeps(&view, name) {
-                (true, format!("{because}; --with {kept} keeps it"))
+            } else if let Some(kept) = keeps(&view, name).filter(|_| view.is_small(name)) {
+                let word = if kept == name { "asks for" } else { "keeps" };
+                (true, format!("{because}; --with {kept} {word} it"))
             } else {
                 (false, because)
             };
