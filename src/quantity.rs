@@ -128,6 +128,11 @@ impl FNumber {
     }
 }
 
+/// A number in words for a message: as it is, or with an exponent where it would fill the line.
+pub(crate) fn short(value: f64) -> String {
+    if value.abs() < 1e9 { format!("{value}") } else { format!("{value:.1e}") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

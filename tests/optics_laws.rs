@@ -3,6 +3,7 @@
 
 use glam::{DMat3, DVec3};
 use groundglass::camera::{Aperture, Camera, FilmSize, Standard};
+use groundglass::error::{Error, ErrorKind};
 use groundglass::geometry::{HomogeneousPoint, Line, Plane};
 use groundglass::optics::{Adjust, DepthOfField, FocusTarget, Limit, Optics, solve, upright};
 use groundglass::quantity::{Angle, FNumber, Length};
@@ -306,6 +307,31 @@ fn what_is_up_has_no_length_and_no_sign() {
         let said = solve(&camera, &plane, Adjust::Front).unwrap_err();
         assert_eq!(said.message.contains("not finite"), !none.is_finite(), "{none}: {said}");
     }
+}
+
+#[test]
+fn what_stops_a_solution_is_named() {
+    // The standard that faces backwards, not the extension that it would take.
+    for standard in [0, 1] {
+        let mut camera = one_camera();
+        [&mut camera.front, &mut camera.rear][standard].tilt = Angle::degrees(120.0);
+        let why = solve(&camera, &FocusTarget::Distance(3.0), Adjust::Front).unwrap_err();
+        assert_eq!(why.limit, Limit::Backwards, "{why}");
+        assert!(why.message.contains(["front", "rear"][standard]), "{why}");
+    }
+    let far = FocusTarget::Plane { point: DVec3::splat(f64::MAX), normal: DVec3::ONE };
+    for adjust in [Adjust::Front, Adjust::Rear] {
+        let why = solve(&one_camera(), &far, adjust).unwrap_err();
+        assert_eq!(why.limit, Limit::NoPlane);
+        assert!(why.message.contains("too far") && why.remedy().contains("far"), "{why}: {}", why.remedy());
+    }
+    // What is wrong with the camera is no lack of a solution.
+    let broken = Camera { focal_length: Length::metres(f64::NAN), ..one_camera() };
+    let error = Error::from(solve(&broken, &FocusTarget::Distance(3.0), Adjust::Front).unwrap_err());
+    assert_eq!(error.kind(), ErrorKind::Invalid);
+    let wide = Aperture::FNumber(FNumber::new(1e-320).unwrap());
+    let error = Optics::new(&Camera { aperture: wide, ..one_camera() }).unwrap_err();
+    assert!(error.to_string().contains("camera.f_number"), "{error}");
 }
 
 #[test]

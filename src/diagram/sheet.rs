@@ -9,6 +9,7 @@ use super::panel::Panel;
 use super::theme::{self, Theme};
 use super::words;
 use crate::error::{Error, Result};
+use crate::quantity::short;
 
 /// Free room at the page's border.
 pub(crate) const MARGIN: f64 = 2.5;
@@ -37,7 +38,8 @@ impl<'a> Sheet<'a> {
     pub(crate) fn new(size: [f64; 2], least: [f64; 2], theme: &'a Theme) -> Result<Self> {
         let fits = (0..2).all(|axis| (least[axis]..=2000.0).contains(&size[axis]));
         if !fits {
-            let message = format!("a page of {} by {} mm cannot hold this figure", size[0], size[1]);
+            let message =
+                format!("a page of {} by {} mm cannot hold this figure", short(size[0]), short(size[1]));
             let [width, height] = least;
             return Err(Error::invalid(message)
                 .at_key("width_mm")

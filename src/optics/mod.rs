@@ -68,15 +68,22 @@ pub struct Optics {
 fn check(camera: &Camera) -> Result<()> {
     let f = camera.focal_length.as_metres();
     if !(f > 0.0 && f.is_finite()) {
-        return Err(Error::invalid("the focal length must be positive").at_key("camera.focal_length_mm"));
+        return Err(
+            Error::invalid("the focal length must be positive and finite").at_key("camera.focal_length_mm")
+        );
     }
     let film = [camera.film.width, camera.film.height].map(Length::as_metres);
     if !film.iter().all(|&side| side > 0.0 && side.is_finite()) {
-        return Err(Error::invalid("the sides of the film must be positive").at_key("camera.film_mm"));
+        return Err(
+            Error::invalid("the sides of the film must be positive and finite").at_key("camera.film_mm")
+        );
+    }
+    if !camera.aperture_diameter().is_finite() {
+        return Err(Error::invalid("the aperture is wider than can be told").at_key("camera.f_number"));
     }
     let near = camera.near.as_metres();
     if !(near > 0.0 && near.is_finite()) {
-        return Err(Error::invalid("the near distance must be positive").at_key("camera.near_m"));
+        return Err(Error::invalid("the near distance must be positive and finite").at_key("camera.near_m"));
     }
     let Pose { origin, axes } = camera.rail;
     // Of what is not finite no such thing holds.
@@ -102,7 +109,7 @@ impl Optics {
     ///
     /// # Errors
     /// [`crate::error::ErrorKind::NoSolution`] when a standard faces backwards, or the extension is not positive and
-    /// finite; [`crate::error::ErrorKind::Invalid`] when the focal length, a side of the film or the near distance is not, when
+    /// finite; [`crate::error::ErrorKind::Invalid`] when the focal length, a side of the film or the near distance is not, the aperture is not finite, when
     /// a movement is not finite, and when the rail has no place or its axes are not those of a right-handed frame.
     pub fn new(camera: &Camera) -> Result<Self> {
         check(camera)?;

@@ -96,7 +96,8 @@ impl Unsolvable {
                 format!("the nearest parallel plane that can be sharp lies {} away", metres(nearest.miss))
             }
             (None, Limit::NoPlane) => {
-                "give three points that are not on one line, or a normal that is not zero".to_owned()
+                "give three points that are not on one line, or a point and a normal that is not zero, none too far away"
+                    .to_owned()
             }
             (None, Limit::Camera) => "mend the camera".to_owned(),
             (None, Limit::Upright) => "give another direction for up, or turn the camera".to_owned(),
@@ -111,7 +112,10 @@ impl Unsolvable {
 impl From<Unsolvable> for Error {
     fn from(unsolvable: Unsolvable) -> Self {
         let remedy = unsolvable.remedy();
-        Self::no_solution(unsolvable.message).remedy(remedy)
+        match unsolvable.limit {
+            Limit::Camera => Self::invalid(unsolvable.message).remedy(remedy),
+            _ => Self::no_solution(unsolvable.message).remedy(remedy),
+        }
     }
 }
 
@@ -239,8 +243,14 @@ fn wanted_plane(camera: &Camera, target: &FocusTarget) -> Result<Plane, Unsolvab
         };
         return Err(fail(Limit::NoPlane, message.into()));
     };
-    let m = camera.rail.vector_inverse(normal);
-    Ok(Plane { m, e: -normal.dot(point - lens) })
+    let (m, e) = (camera.rail.vector_inverse(normal), -normal.dot(point - lens));
+    if !e.is_finite() {
+        return Err(fail(
+            Limit::NoPlane,
+            "the wanted plane lies too far away to be told from infinity".into(),
+        ));
+    }
+    Ok(Plane { m, e })
 }
 
 type Stop = (Limit, String);
@@ -353,6 +363,11 @@ const EXTENSIONS: RangeInclusive<f64> = 1e-12..=1e15;
 
 /// Puts the film on the plane `(n, e)` of `rear` by the extension alone.
 fn with_film_plane(camera: &Camera, rear: Standard, e: f64) -> Result<Camera, Stop> {
+    for (name, standard) in [("front", &camera.front), ("rear", &rear)] {
+        if standard.rotation().z_axis.z <= 0.0 {
+            return Err((Limit::Backwards, format!("the {name} standard faces backwards")));
+        }
+    }
     let n = rear.rotation().z_axis;
     let moved = Camera { rear, extension: Length::ZERO, ..*camera };
     let beside = moved.film_from_lens();

@@ -44,8 +44,8 @@ impl BlockSamples {
 
     /// Of the block in column `x` and row `y` of blocks; 0 outside of the picture.
     pub fn get(&self, x: u32, y: u32) -> u32 {
-        let inside = x < self.width.div_ceil(BLOCK);
-        self.samples.get(self.at(x, y)).copied().filter(|_| inside).unwrap_or(0)
+        let (columns, rows) = self.columns_and_rows();
+        if x < columns && y < rows { self.samples.get(self.at(x, y)).copied().unwrap_or(0) } else { 0 }
     }
 
     pub(crate) fn set(&mut self, x: u32, y: u32, samples: u32) {

@@ -35,7 +35,7 @@ impl Exposure {
         }
     }
 
-    /// The whole picture as 8-bit sRGB, row by row from the top, three bytes a pixel.
+    /// The whole picture as 8-bit sRGB, row by row from the top, three bytes a pixel. What is NaN is black.
     pub fn to_srgb8(&self, exposure_ev: f64) -> Vec<u8> {
         let (gain, steps) = (libm::exp2(exposure_ev) as f32, srgb_steps());
         let mut picture = Vec::with_capacity(self.width() as usize * self.height() as usize * 3);
@@ -50,8 +50,11 @@ impl Exposure {
     /// Writes a PNG; keywords have 1 to 79 characters of Latin-1, and neither they nor texts have a NUL.
     ///
     /// # Errors
-    /// [`ErrorKind::Invalid`] for other notes; [`ErrorKind::Io`] when `out` fails.
+    /// [`ErrorKind::Invalid`] for other notes, and an exposure that is NaN; [`ErrorKind::Io`] when `out` fails.
     pub fn write_png(&self, exposure_ev: f64, notes: Notes<'_>, out: impl Write) -> Result<()> {
+        if exposure_ev.is_nan() {
+            return Err(Error::invalid("no such exposure").remedy("give a number of stops"));
+        }
         for (keyword, text) in notes {
             let is_latin = keyword.chars().all(|c| u32::from(c) < 256 && c != '\0');
             if !is_latin || !(1..80).contains(&keyword.chars().count()) || text.contains('\0') {

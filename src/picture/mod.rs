@@ -51,13 +51,20 @@ impl Exposure {
         Self { width, height, pixels, rms_error, errors, samples }
     }
 
-    /// A picture made elsewhere: linear light, row by row from the top left; black where rows are missing.
+    /// A picture made elsewhere: linear light, row by row from the top left; black where rows are missing, and without those that are
+    /// too many.
     ///
     /// # Errors
     /// [`ErrorKind::TooLarge`] when a side has more than [`MAX_SIDE`] pixels, or there is not so much memory;
-    /// [`ErrorKind::Invalid`] when one has none.
+    /// [`ErrorKind::Invalid`] when one has none, or `samples` are those of a picture of another size.
     pub fn from_rows(width: u32, height: u32, rows: &[[f32; 3]], samples: Allocation) -> Result<Self> {
         check_size(width, height)?;
+        if let Allocation::Blocks(blocks) = &samples
+            && blocks.size() != (width, height)
+        {
+            return Err(Error::invalid("the numbers of samples are those of a picture of another size")
+                .remedy("give those of this one"));
+        }
         let too_large = || {
             Error::new(ErrorKind::TooLarge, format!("a picture of {width} x {height} pixels is too large"))
         };
@@ -136,9 +143,12 @@ impl Exposure {
     }
 
     fn at(&self, x: u32, y: u32) -> Option<usize> {
+        if x >= self.width || y >= self.height {
+            return None;
+        }
         let tile = (y / TILE) as usize * self.width.div_ceil(TILE) as usize + (x / TILE) as usize;
         let inside = ((y % TILE) * TILE + x % TILE) as usize;
-        (x < self.width && y < self.height).then_some(tile * (TILE * TILE) as usize + inside)
+        Some(tile * (TILE * TILE) as usize + inside)
     }
 
     /// The estimated error of one pixel: root mean square over its three channels, clamped and brightened as for
@@ -176,6 +186,18 @@ impl Exposure {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_of_samples_belong_to_a_picture_of_their_size() {
+        let samples = |width, height| Allocation::Blocks(BlockSamples::new(width, height, 16));
+        assert!(Exposure::from_rows(64, 51, &[], samples(64, 51)).is_ok());
+        assert!(Exposure::from_rows(64, 51, &[], samples(64, 52)).is_err());
+        let blocks = BlockSamples::new(64, 51, 16);
+        assert_eq!([blocks.get(u32::MAX, 0), blocks.get(0, u32::MAX), blocks.get(0, 1 << 29)], [0; 3]);
+        let picture = Exposure::from_rows(1, 1, &[[1.0; 3]], Allocation::Uniform(1)).unwrap();
+        assert_eq!(picture.pixel(u32::MAX, u32::MAX), [0.0; 3]);
+        assert!(picture.write_png(f64::NAN, &[], Vec::new()).is_err());
+    }
 
     /// Pictures that differ everywhere by the same differ by that; by chance that two pairs do not share they do not.
     #[test]

@@ -32,10 +32,10 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
                 .at_key("render.max_error")
                 .remedy("give a positive, finite number, such as 0.004"))
         }
-        Budget::Seconds(seconds) if seconds.is_nan() || seconds <= 0.0 => {
-            Err(Error::invalid(format!("nothing can be drawn in {seconds} s"))
+        Budget::Seconds(seconds) if !(seconds > 0.0 && seconds.is_finite()) => {
+            Err(Error::invalid(format!("nothing can be planned for {seconds} s"))
                 .at_key("render.time_budget_s")
-                .remedy("give a positive number of seconds"))
+                .remedy("give a positive, finite number of seconds"))
         }
         Budget::MaxError(_) | Budget::Seconds(_) => Ok(()),
     }
@@ -102,9 +102,12 @@ mod tests {
     use crate::quantity::Angle;
     use crate::render::{Execution, render, replay};
     use crate::scene::{
-        AssetLoader, Attributes, Blades, LoadSettings, Memory, NONE, Placement, Sun, Surfaces, parse,
+        AssetLoader, Attributes, Blades, Level, LoadSettings, Memory, NONE, Placement, Sun, Surfaces,
+        Texture, parse,
     };
+    use glam::{Vec2, Vec3};
     use std::path::Path;
+    use std::sync::Arc;
 
     fn scene() -> Result<Scene> {
         let text = "[camera]\neye_m = [0.0, 0.0, 1.0]\nlook_at_m = [0.0, 0.0, 0.0]\nfocal_length_mm = 150.0\nf_number = 8.0\n\
@@ -128,7 +131,7 @@ mod tests {
     #[test]
     fn what_no_picture_can_be_is_refused_at_once() -> Result<()> {
         let budget = |budget| move |scene: &mut Scene| scene.render.budget = budget;
-        for seconds in [f64::NAN, -5.0, 0.0] {
+        for seconds in [f64::NAN, -5.0, 0.0, f64::INFINITY] {
             assert_eq!(refused(budget(Budget::Seconds(seconds)))?.0, ErrorKind::Invalid, "{seconds} s");
         }
         for error in [f64::NAN, -1.0, 0.0, f64::INFINITY] {
@@ -165,6 +168,16 @@ mod tests {
         Ok(())
     }
 
+    /// A texture of 4 x 2 texels with its levels changed.
+    fn broken_texture(change: impl Fn(&mut Vec<Level>)) -> Option<Arc<Texture>> {
+        let mut texture = Texture::from_level(Level { width: 4, height: 2, texels: vec![[9; 4]; 8] })?;
+        assert!(texture.is_whole());
+        let mut levels = texture.levels.to_vec();
+        change(&mut levels);
+        texture.levels = levels.into();
+        Some(Arc::new(texture))
+    }
+
     #[test]
     fn numbers_that_are_none_are_refused() -> Result<()> {
         let sun = |change: fn(&mut Sun)| {
@@ -183,7 +196,7 @@ mod tests {
         assert_eq!(refused(sun(|sun| sun.color.x = f64::NAN))?.0, ErrorKind::Invalid);
         assert_eq!(refused(sun(|sun| sun.toward = DVec3::ZERO))?.0, ErrorKind::Invalid);
         assert_eq!(refused(sun(|sun| sun.angular_diameter = Angle::degrees(-1.0)))?.0, ErrorKind::Invalid);
-        let changes: [fn(&mut Scene); 12] = [
+        let changes: [fn(&mut Scene); 16] = [
             |scene| scene.sky.ambient.y = -1.0,
             |scene| scene.sky.zenith.y = f64::INFINITY,
             |scene| scene.sky.horizon = DVec3::splat(1e39),
@@ -196,6 +209,14 @@ mod tests {
             |scene| scene.surfaces.materials[0].diffuse[1] = -1.0,
             |scene| scene.surfaces.materials[0].emission[2] = f32::INFINITY,
             |scene| scene.surfaces.materials[0].coverage = 1.5,
+            |scene| scene.surfaces.texcoords = vec![Vec2::new(0.5, f32::NAN)],
+            |scene| scene.surfaces.normals = vec![Vec3::INFINITY],
+            |scene| scene.surfaces.materials[0].diffuse_map = broken_texture(|levels| levels.clear()),
+            |scene| {
+                scene.surfaces.materials[0].opacity_map = broken_texture(|levels| {
+                    levels[0].texels.pop();
+                });
+            },
         ];
         for (number, change) in changes.into_iter().enumerate() {
             assert_eq!(refused(change)?.0, ErrorKind::Invalid, "change {number}");

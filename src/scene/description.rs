@@ -7,7 +7,7 @@ use super::file::SkyTable;
 use crate::camera::Camera;
 use crate::error::{Error, ErrorKind, Place, Result};
 use crate::optics::{Adjust, FocusTarget};
-use crate::quantity::{Angle, Length};
+use crate::quantity::{Angle, Length, short};
 use crate::sampling::ApertureShape;
 use glam::DVec3;
 
@@ -24,7 +24,8 @@ pub struct SceneDescription {
     pub camera: Camera,
     /// The world's upward direction, of unit length.
     pub up: DVec3,
-    /// Film width and height in millimetres, as the file gives them (a height in pixels rounds exactly).
+    /// Film width and height in millimetres, as the file gives them (a height in pixels rounds exactly): those of `camera.film`, with
+    /// which they are to be changed.
     pub film_mm: [f64; 2],
     /// Shape of the aperture; `None` is a disk.
     pub blades: Option<Blades>,
@@ -145,9 +146,10 @@ pub struct RenderSettings {
 pub enum Budget {
     /// Exactly this many samples for each pixel; at least 1.
     Samples(u32),
-    /// This root mean square error over the picture, linear light; positive.
+    /// This root mean square error over the picture, linear light; positive and finite. Where it is out of reach the picture is the best
+    /// that can be had, and states the error that it has ([`Exposure::rms_error`](crate::picture::Exposure::rms_error)).
     MaxError(f64),
-    /// This many seconds; positive.
+    /// This many seconds; positive and finite.
     Seconds(f64),
 }
 
@@ -162,9 +164,17 @@ impl SceneDescription {
     ///
     /// # Errors
     /// [`ErrorKind::TooLarge`] when a side is more than [`MAX_PICTURE_SIDE`];
-    /// [`ErrorKind::Invalid`] for a width of 0.
+    /// [`ErrorKind::Invalid`] for a width of 0, and where `film_mm` are not the sides of `camera.film`.
     pub fn picture_size(&self, given: Option<u32>) -> Result<(u32, u32)> {
         let width = given.unwrap_or(self.render.width);
+        let film = [self.camera.film.width, self.camera.film.height].map(|side| side.as_metres() * 1000.0);
+        let is_same = |(mm, side): (&f64, f64)| (mm - side).abs() <= 1e-9 * side;
+        // Of what is no number this does not hold.
+        if !self.film_mm.iter().zip(film).all(is_same) {
+            return Err(Error::invalid("the film has other sides in film_mm than in camera.film")
+                .at_key("camera.film_mm")
+                .remedy("change both"));
+        }
         picture_size(width, self.film_mm).map_err(|error| match (error.kind(), given) {
             (ErrorKind::TooLarge, Some(_)) => {
                 error.at(Place { file: Some(self.document.name().to_owned()), ..Place::default() })
@@ -184,7 +194,10 @@ pub(super) fn picture_size(width: u32, [film_width, film_height]: [f64; 2]) -> R
     if width > MAX_PICTURE_SIDE || height > f64::from(MAX_PICTURE_SIDE) {
         return Err(Error::new(
             ErrorKind::TooLarge,
-            format!("a picture of {width} x {height} pixels; a side has at most {MAX_PICTURE_SIDE} pixels"),
+            format!(
+                "a picture of {width} x {} pixels; a side has at most {MAX_PICTURE_SIDE} pixels",
+                short(height)
+            ),
         )
         .at_key("render.width")
         .remedy("give a smaller width"));

@@ -50,7 +50,8 @@ pub struct Scene {
 /// Size and quality of a picture, settled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureSettings {
-    /// Pixels, 1 to [`MAX_PICTURE_SIDE`](super::MAX_PICTURE_SIDE).
+    /// Pixels, 1 to [`MAX_PICTURE_SIDE`](super::MAX_PICTURE_SIDE). The whole film is drawn on them, so that they are square where width and
+    /// height are as those of the film.
     pub width: u32,
     /// Pixels, as many at most.
     pub height: u32,

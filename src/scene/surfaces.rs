@@ -116,8 +116,8 @@ impl Surfaces {
     /// [`Surfaces::prepare`].
     ///
     /// # Errors
-    /// [`ErrorKind::TooLarge`] when there are more than 2^32 vertices or triangles in all, [`ErrorKind::Invalid`] when the placement
-    /// takes a vertex out of the range of numbers. Nothing is added then.
+    /// [`ErrorKind::TooLarge`] when there are more than 2^32 vertices or triangles in all, [`ErrorKind::Invalid`] when the scale is not
+    /// positive and finite, or the placement takes a vertex out of the range of numbers. Nothing is added then.
     pub fn add(&mut self, model: &Model, placement: &Placement) -> Result<()> {
         let counts = [
             self.positions.len() + model.positions.len(),
@@ -128,6 +128,10 @@ impl Surfaces {
         if counts.iter().any(|&count| count >= NONE as usize) {
             return Err(Error::new(ErrorKind::TooLarge, "the scene has more than 2^32 vertices")
                 .remedy("leave out a mesh"));
+        }
+        if !(placement.scale > 0.0 && placement.scale.is_finite()) {
+            return Err(Error::invalid(format!("a mesh cannot be scaled by {}", placement.scale))
+                .remedy("give a scale that is positive and finite"));
         }
         let (sine, cosine) = placement.rotate_y.sin_cos();
         let rotation =
@@ -157,8 +161,8 @@ impl Surfaces {
         Ok(())
     }
 
-    /// Whether every triangle has attributes, every number in either names something that is there, vertices and materials are numbers that
-    /// can be drawn, and patches, clusters and hierarchy are of so many triangles.
+    /// Whether every triangle has attributes, every number in either names something that is there, vertices, normals, texture coordinates and
+    /// materials are numbers that can be drawn, textures have levels with all their texels, and patches, clusters and hierarchy are of so many triangles.
     ///
     /// # Errors
     /// [`ErrorKind::Invalid`] with the first that does not.
@@ -218,6 +222,14 @@ impl Surfaces {
             ))
             .remedy("leave it out, or mend the mesh"));
         }
+        let are_finite = |vectors: &[Vec3]| vectors.iter().fold(true, |all, vector| all & vector.is_finite());
+        let are_places = |places: &[Vec2]| places.iter().fold(true, |all, place| all & place.is_finite());
+        if !self.normals.par_chunks(TOGETHER).all(are_finite)
+            || !self.texcoords.par_chunks(TOGETHER).all(are_places)
+        {
+            return Err(Error::invalid("a normal or a texture coordinate is no finite number")
+                .remedy("leave it out, or mend the mesh"));
+        }
         let wrong = |material: &Material| {
             let mut colours = material.diffuse.iter().chain(&material.emission);
             let Mapping { scale, offset } = material.opacity_mapping;
@@ -227,11 +239,19 @@ impl Surfaces {
                 && scale.is_finite()
                 && offset.is_finite())
         };
-        match self.materials.iter().position(wrong) {
-            Some(at) => {
-                Err(Error::invalid(format!("a colour, the coverage or the mapping of material {at} is none"))
-                    .remedy("give colours of 0 to 1e9, a coverage of 0 to 1, and a finite mapping"))
-            }
+        if let Some(at) = self.materials.iter().position(wrong) {
+            return Err(Error::invalid(format!(
+                "a colour, the coverage or the mapping of material {at} is none"
+            ))
+            .remedy("give colours of 0 to 1e9, a coverage of 0 to 1, and a finite mapping"));
+        }
+        let maps = |material: &Material| {
+            let mut maps = material.diffuse_map.iter().chain(&material.opacity_map);
+            maps.all(|map| map.is_whole())
+        };
+        match self.materials.iter().position(|material| !maps(material)) {
+            Some(at) => Err(Error::invalid(format!("a texture of material {at} lacks levels or texels"))
+                .remedy("make it by Texture::from_level")),
             None => Ok(()),
         }
     }
@@ -315,6 +335,9 @@ mod tests {
         let placement =
             Placement { scale: 2.0, rotate_y: Angle::degrees(90.0), translate: DVec3::new(1.0, 10.0, 100.0) };
         let mut surfaces = Surfaces::default();
+        for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(surfaces.add(&model, &Placement { scale, ..placement }).is_err(), "{scale}");
+        }
         surfaces.add(&model, &placement).unwrap();
         let want = [DVec3::new(1.0, 10.0, 100.0), DVec3::new(1.0, 10.0, 98.0), DVec3::new(3.0, 16.0, 94.0)];
         for (got, want) in surfaces.positions.iter().zip(want) {

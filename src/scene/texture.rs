@@ -58,6 +58,20 @@ impl Texture {
         Some(Self { levels: levels.into(), has_holes, smooth: Arc::new(smooth), outlines })
     }
 
+    /// Whether it can be drawn: it has levels, each half of the one before, with all their texels and outlines. (The coarsest may be left out.)
+    pub(crate) fn is_whole(&self) -> bool {
+        let size = |level: &Level| level.width as usize * level.height as usize;
+        let sides = |level: &Level| [level.width, level.height];
+        let halves = |pair: &[Level]| sides(&pair[1]) == sides(&pair[0]).map(|side| (side / 2).max(1));
+        let mut outlined = self.levels.iter().zip(&self.outlines);
+        let has_outlines = self.outlines.len() >= self.levels.len()
+            && outlined.all(|(level, outline)| outline.fours().len() == size(level));
+        !self.levels.is_empty()
+            && self.levels.iter().all(|level| size(level) > 0 && size(level) == level.texels.len())
+            && self.levels.windows(2).all(halves)
+            && (has_outlines || self.outlines.is_empty() && !self.has_holes)
+    }
+
     /// The mean colour: its last level.
     pub(crate) fn mean(&self) -> [f32; 3] {
         let texel = self.levels.last().and_then(|level| level.texels.first()).copied().unwrap_or_default();

@@ -5,7 +5,7 @@ use super::super::report;
 use super::study::{Study, nothing};
 use super::ways::{ADAPTIVE, APPROXIMATION, Setting, Step, UNIFORM};
 use groundglass::error::Result;
-use groundglass::picture::Exposure;
+use groundglass::picture::{Allocation, Exposure};
 use std::sync::atomic::AtomicBool;
 
 /// Pixels on the side of a crop, and how much larger it is shown.
@@ -53,7 +53,8 @@ pub(super) fn draw(study: &Study<'_>, cancel: &AtomicBool) -> Result<Vec<Crop>> 
     let enlarged = |picture: &Exposure| {
         let places = (0..height * zoom).flat_map(|y| (0..width * zoom).map(move |x| (x, y)));
         let pixels: Vec<_> = places.map(|(x, y)| picture.pixel(left + x / zoom, top + y / zoom)).collect();
-        Exposure::from_rows(width * zoom, height * zoom, &pixels, picture.samples().clone())
+        // An enlarged part has no numbers of samples of its own.
+        Exposure::from_rows(width * zoom, height * zoom, &pixels, Allocation::Uniform(1))
     };
     let crop = |(picture, name): &(Exposure, &str)| {
         let error = picture.rms_difference(truth, study.scene.render.exposure_ev);

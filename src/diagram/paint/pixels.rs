@@ -5,6 +5,7 @@ use crate::diagram::display_list::{
 };
 use crate::diagram::lettering;
 use crate::error::{Error, ErrorKind, Result};
+use crate::quantity::short;
 use std::collections::BTreeMap;
 use tiny_skia as skia;
 
@@ -16,9 +17,10 @@ pub(crate) fn paint(list: &DisplayList, scale: f64) -> Result<(u32, u32, Vec<u8>
     let size = [list.page[0] * scale, list.page[1] * scale].map(f64::round);
     let fits = size.iter().all(|&s| s >= 1.0) && size[0] * size[1] <= MOST_PIXELS;
     if !fits {
+        let is_large = size.iter().all(|&side| side >= 1.0);
         return Err(Error::new(
-            ErrorKind::TooLarge,
-            format!("a page of {} by {} pixels cannot be painted", size[0], size[1]),
+            if is_large { ErrorKind::TooLarge } else { ErrorKind::Invalid },
+            format!("a page of {} by {} pixels cannot be painted", short(size[0]), short(size[1])),
         )
         .remedy("choose a resolution that gives 1 to 64 million pixels"));
     }
