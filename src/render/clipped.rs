@@ -28,8 +28,11 @@ const REACH: usize = 2;
 const MET: f32 = 0.5;
 const FEW: usize = 8;
 
-/// What pixels near by differ by is chance if it is at most so many times what their halves differ by, and else a shape.
+/// What pixels near by differ by is chance if it is at most so many times what their halves differ by, and else a shape: as many as it should
+/// be, one, and so many standard errors of that by the number of samples that met the light. (With four times always, 64 samples of lamps
+/// that are blurred over five pixels were stated 1.9 times as wrong as they are, 1.3 times so.)
 const SHAPE: f64 = 4.0;
+const DOUBT: f64 = 5.0;
 
 /// Samples that meet a light so often, on average, spread evenly about it: the halves tell.
 const OFTEN: f64 = 100.0;
@@ -52,6 +55,8 @@ struct Around {
     noise: f64,
     /// The variance from pixel to pixel.
     change: f64,
+    /// How many pixels these are.
+    count: f64,
 }
 
 /// Columns and rows of pixels in a block.
@@ -139,7 +144,7 @@ impl Halves {
         let count = (window[0].len() * window[1].len()) as f64;
         let mean = sum / count;
         let change = squares / count - mean * mean;
-        Around { least, mean: mean - least, noise: noise / count, change }
+        Around { least, mean: mean - least, noise: noise / count, change, count }
     }
 }
 
@@ -163,8 +168,11 @@ impl Around {
     /// The mean squared error of a pixel of so many samples, which meet a `light` by chance; none where its own halves tell as
     /// well, or better.
     fn error(&self, samples: u32, light: f64) -> Option<f64> {
-        let Self { least, mean, noise, change } = *self;
-        let is_chance = noise > 0.0 && noise.is_finite() && mean > 1e-6 && change <= SHAPE * noise;
+        let Self { least, mean, noise, change, count } = *self;
+        // Of many hits chance leaves little doubt how they lie.
+        let hits = count * f64::from(samples) * mean / light;
+        let shape = SHAPE.min(1.0 + DOUBT * (2.0 / hits).sqrt());
+        let is_chance = noise > 0.0 && noise.is_finite() && mean > 1e-6 && change <= shape * noise;
         let room = (1.0 - least).clamp(0.0, 1.0);
         if !is_chance || mean + 8.0 * noise.sqrt() < room {
             return None;
