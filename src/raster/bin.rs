@@ -70,7 +70,7 @@ impl Bins {
         let brief = |&number: &u32| {
             let candidate = &candidates[number as usize];
             let (triangle, surface) = (candidate.triangle, candidate.surface());
-            Brief { number, triangle, surface, nearest: candidate.nearest }
+            Brief { number, triangle, surface, least_z: candidate.least_z }
         };
         let briefs = if loose.count > 0 { order.par_iter().map(brief).collect() } else { Vec::new() };
         let cells = cells.len();
@@ -109,7 +109,7 @@ impl Bins {
         if self.are_loose() {
             return all;
         }
-        let part = Part { tile, block: (side, side), wanted: EVERYWHERE };
+        let part = Part { tile, block_size: (side, side), wanted: EVERYWHERE };
         let (mut found, mut cursor, mut places) = (0, Cursor::default(), [0; LANES]);
         loop {
             let count = self.lists.next(tile, &mut cursor, &mut places);

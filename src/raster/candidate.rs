@@ -22,7 +22,7 @@ pub(crate) struct Candidate {
     /// Its number in the scene.
     pub triangle: u32,
     /// The depth of its nearest corner; 0 behind the lens.
-    pub nearest: f32,
+    pub least_z: f32,
     /// Its corners, as numbers of vertices, of a quad three.
     pub vertices: [u32; 3],
     /// Its surface, and above that [`Candidate::INSIDE`], [`Candidate::CUTOUT`] and [`Candidate::QUAD`].
@@ -71,5 +71,5 @@ pub(super) struct Brief {
     pub number: u32,
     pub triangle: u32,
     pub surface: u32,
-    pub nearest: f32,
+    pub least_z: f32,
 }

@@ -20,7 +20,7 @@ pub(crate) struct Cluster {
 }
 
 /// Vertices that are looked at together or not at all.
-pub(super) const BLOCK: usize = 256;
+pub(super) const VERTEX_CHUNK: usize = 256;
 
 /// Pixels that a box must lie outside of the picture, beside the reach of samples: more than rounding.
 const MARGIN: f64 = 1.0;
@@ -29,9 +29,9 @@ const MARGIN: f64 = 1.0;
 pub(super) struct Seen {
     /// Ranges of triangles, in order.
     pub triangles: Vec<Range<usize>>,
-    /// For each block of vertices how many stand before it that are looked at, or [`Seen::NOT`].
+    /// For each chunk of vertices how many stand before it that are looked at, or [`Seen::NOT`].
     before: Vec<usize>,
-    /// Vertices that are looked at, a block's last ones too where there are none.
+    /// Room for those that are looked at, in whole chunks.
     pub vertices: usize,
     /// All there are.
     all: usize,
@@ -48,15 +48,16 @@ impl Seen {
         (triangles, vertices): (usize, usize),
     ) -> Self {
         let sides = Sides::new(view);
-        let mut wanted = vec![clusters.is_empty(); vertices.div_ceil(BLOCK)];
+        let mut wanted = vec![clusters.is_empty(); vertices.div_ceil(VERTEX_CHUNK)];
         let mut found = Vec::new();
         for (at, first) in (0..triangles).step_by(size).enumerate() {
             if let Some(Cluster { corners, vertices }) = clusters.get(at) {
                 if sides.hide(corners) {
                     continue;
                 }
-                let blocks = vertices.start as usize / BLOCK..(vertices.end as usize).div_ceil(BLOCK);
-                if let Some(wanted) = wanted.get_mut(blocks) {
+                let chunks =
+                    vertices.start as usize / VERTEX_CHUNK..(vertices.end as usize).div_ceil(VERTEX_CHUNK);
+                if let Some(wanted) = wanted.get_mut(chunks) {
                     wanted.fill(true);
                 }
             }
@@ -65,7 +66,7 @@ impl Seen {
         let mut count = 0;
         let before = wanted.into_iter().map(|wanted| {
             let at = if wanted { count } else { Self::NOT };
-            count += usize::from(wanted) * BLOCK;
+            count += usize::from(wanted) * VERTEX_CHUNK;
             at
         });
         Self { triangles: found, before: before.collect(), vertices: count, all: vertices }
@@ -75,13 +76,13 @@ impl Seen {
     #[inline(always)]
     pub(super) fn place(&self, vertex: u32) -> usize {
         let vertex = vertex as usize;
-        self.before[vertex / BLOCK].saturating_add(vertex % BLOCK)
+        self.before[vertex / VERTEX_CHUNK].saturating_add(vertex % VERTEX_CHUNK)
     }
 
     /// The vertices that are looked at, block by block.
     pub(super) fn blocks(&self) -> impl Iterator<Item = Range<usize>> {
         let blocks = self.before.iter().enumerate().filter(|&(_, &before)| before != Self::NOT);
-        blocks.map(|(block, _)| block * BLOCK..(block * BLOCK + BLOCK).min(self.all))
+        blocks.map(|(block, _)| block * VERTEX_CHUNK..(block * VERTEX_CHUNK + VERTEX_CHUNK).min(self.all))
     }
 }
 

@@ -24,7 +24,7 @@ pub(crate) struct TileFilm {
     /// Rows of the projection to `x w`, `y w` and `w` from the tile's centre, for the parts `1, u, v`.
     pub(super) image: [[DVec4; 3]; 3],
     /// `1/t` of the near plane at the centre, and its change with a pixel to the right and down.
-    pub near: [f32; 3],
+    pub near_inverse: [f32; 3],
     /// The largest distance of the tile's samples from the plane of the lens: `1/t` at depth 1.
     pub deepest: f64,
     /// How far samples lie from the tile's centre at most, right or left and down or up, pixels.
@@ -71,7 +71,7 @@ pub(super) const ROUNDING: f32 = 1.000_01;
 
 impl TileFilm {
     /// At least the `1/t` of anything in the tile at this depth or beyond.
-    pub(super) fn nearest(&self, depth: f32) -> f32 {
+    pub(super) fn most_inverse_beyond(&self, depth: f32) -> f32 {
         (self.deepest / f64::from(depth)) as f32 * ROUNDING
     }
 
@@ -90,7 +90,7 @@ impl TileFilm {
             radius: view.radius,
             image: view.pixel_from_lens.map(|[x, y, w]| [x - w * center[0], y - w * center[1], w]),
             // Along the axis the ray advances -p.z for each unit of t.
-            near: [p.z, dx.z, dy.z].map(|z| (-z / view.near) as f32),
+            near_inverse: [p.z, dx.z, dy.z].map(|z| (-z / view.near) as f32),
             deepest: half[0] * dx.z.abs() + half[1] * dy.z.abs() - p.z,
             half,
         }
@@ -147,7 +147,7 @@ impl TileFilm {
         (along.abs() > swing).then_some(along > 0.0)
     }
 
-    /// [`Block::facing`](super::setup::Block) and `plane` of one triangle.
+    /// [`SetUp::facing`](super::setup::SetUp) and `plane` of one triangle.
     pub(crate) fn depth(&self, v: [DVec3; 3]) -> ([f32; 9], [f32; 3]) {
         let (facing, plane) = self.face(&v.map(|corner| corner.to_array()), 0.0);
         let scale = power_of_two_near(plane.iter().map(|c| c.abs()).sum());

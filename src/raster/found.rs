@@ -139,7 +139,7 @@ impl Found {
             let four = if quad.is_some() { Candidate::QUAD } else { 0 };
             self.candidates.push(Candidate {
                 triangle,
-                nearest: f32::from_bits(key),
+                least_z: f32::from_bits(key),
                 vertices,
                 surface: surface | inside | cutout | four,
                 pixels: each[0],
@@ -160,7 +160,7 @@ fn order(found: &[Found], stop: &dyn Fn() -> bool) -> Vec<u32> {
     let mut keys = Vec::with_capacity(found.iter().map(|found| found.candidates.len()).sum());
     for found in found.iter().take_while(|_| !stop()) {
         let first = keys.len() as u32;
-        keys.extend(found.candidates.iter().map(|found| found.nearest.to_bits()).zip(first..));
+        keys.extend(found.candidates.iter().map(|found| found.least_z.to_bits()).zip(first..));
     }
     by_key(keys)
 }

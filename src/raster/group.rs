@@ -72,7 +72,7 @@ impl Groups {
     /// Sorts the samples of the `batches` that were kept; what they see are so many surfaces.
     pub(super) fn find(&mut self, level: Level, batches: &[Batch], seen: &Visibility, surfaces: usize) {
         self.begin(surfaces);
-        let most = seen.depth.len() * batches.len() * LANES;
+        let most = seen.inverse_depth.len() * batches.len() * LANES;
         if self.found.len() < most {
             self.found.resize(most, Group::NONE);
         }
@@ -151,7 +151,7 @@ fn find<S: Simd, const N: usize>(
     let live = all_live(batches);
     let nothing = counts.len() - 2;
     let mut count = 0;
-    for block in (0..seen.depth.len()).step_by(REGION).filter(|&block| seen.is_wanted(block)) {
+    for block in (0..seen.inverse_depth.len()).step_by(REGION).filter(|&block| seen.is_wanted(block)) {
         let mut ids = [&[[NOTHING; LANES]; REGION]; N];
         for (number, ids) in ids.iter_mut().enumerate() {
             if let Some(row) = seen.kept(number).get(block..).and_then(|rest| rest.first_chunk()) {

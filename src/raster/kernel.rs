@@ -16,22 +16,22 @@
 use super::batch::Batch;
 use super::film::TileFilm;
 use super::part::Spans;
-use super::setup::{Bilinear, Block};
+use super::setup::{Bilinear, SetUp};
 use super::visibility::Visibility;
-use super::visit::{Functions, Opaque, Visit};
+use super::visit::{AlphaTest, Functions, Visit};
 use super::{LANES, regions, scatter};
 use crate::simd::at_level;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16};
 
-/// Sixteen triangles to visit.
+/// Sixteen triangles to visit; `t` is which of them.
 pub(crate) struct Visits<'a> {
-    pub block: &'a Block,
+    pub set_up: &'a SetUp,
     pub spans: &'a Spans,
     /// The lens points that may see each, where that was asked.
     pub points: Option<&'a [u16; LANES]>,
     pub film: &'a TileFilm,
     /// Width and height of a block of pixels.
-    pub size: (u32, u32),
+    pub block_size: (u32, u32),
     /// The surfaces in the tile, each with the triangle that was met first.
     pub surfaces: &'a [u32],
 }
@@ -42,15 +42,15 @@ pub(crate) fn cover(
     batch: &Batch,
     visits: &Visits<'_>,
     seen: &mut Visibility,
-    opaque: &Opaque<'_>,
+    alpha_test: &AlphaTest<'_>,
 ) {
     // Compiled twice: what only loose triangles ask costs the others 2 % of all time.
     match visits.points {
         Some(points) => at_level!(level, simd => {
-            cover_all::<_, true>(simd, batch, (visits, points), seen, opaque);
+            cover_all::<_, true>(simd, batch, (visits, points), seen, alpha_test);
         }),
         None => at_level!(level, simd => {
-            cover_all::<_, false>(simd, batch, (visits, &[u16::MAX; LANES]), seen, opaque);
+            cover_all::<_, false>(simd, batch, (visits, &[u16::MAX; LANES]), seen, alpha_test);
         }),
     }
 }
@@ -61,46 +61,47 @@ fn cover_all<S: Simd, const LOOSE: bool>(
     batch: &Batch,
     (visits, points): (&Visits<'_>, &[u16; LANES]),
     seen: &mut Visibility,
-    opaque: &Opaque<'_>,
+    alpha_test: &AlphaTest<'_>,
 ) {
     let floors = f32x16::load_array_ref(simd, &seen.floor);
     let live = mask32x16::from_bitmask(simd, u64::from(batch.live));
     let floor = live.select(floors, f32x16::splat(simd, f32::INFINITY)).reduce_min();
-    let nearest = f32x16::load_array_ref(simd, &visits.block.nearest);
+    let most_inverse = f32x16::load_array_ref(simd, &visits.set_up.most_inverse);
     // NaN is not behind anything.
-    let hidden = nearest.simd_le(f32x16::splat(simd, floor)).to_bitmask() as u16;
-    let mut rest = visits.block.live & visits.spans.some & !hidden;
+    let hidden = most_inverse.simd_le(f32x16::splat(simd, floor)).to_bitmask() as u16;
+    let mut rest = visits.set_up.may_touch & visits.spans.some & !hidden;
     let is_full = batch.live == u16::MAX;
     while rest != 0 {
-        let lane = rest.trailing_zeros() as usize % LANES;
+        let t = rest.trailing_zeros() as usize % LANES;
         rest &= rest - 1;
-        let blocks = visits.spans.blocks[lane];
-        let nearest = visits.block.nearest[lane];
-        let mut points = points[lane];
+        let blocks = visits.spans.blocks[t];
+        let most_inverse = visits.set_up.most_inverse[t];
+        let mut points = points[t];
         if LOOSE {
-            points &= !(f32x16::splat(simd, nearest).simd_le(floors).to_bitmask() as u16);
+            points &= !(f32x16::splat(simd, most_inverse).simd_le(floors).to_bitmask() as u16);
             if points == 0 {
                 continue;
             }
         }
-        if seen.wants(blocks) && !(is_full && seen.hides_all(simd, blocks, nearest)) {
-            cover_one::<_, LOOSE>(simd, batch, visits, (lane, points), seen, opaque);
+        if seen.wants(blocks) && !(is_full && seen.hides_all(simd, blocks, most_inverse)) {
+            cover_one::<_, LOOSE>(simd, batch, visits, (t, points), seen, alpha_test);
         }
     }
     // By it the next sixteen are chosen.
     seen.raise_floor(simd);
 }
 
-/// A bilinear function of triangle `lane` for the 16 lens points, times `factor`: `c0` of the module, and its change with `x` and `y`. A function and not a closure: closures do not inline into a SIMD context.
+/// A bilinear function of triangle `t` for the 16 lens points, times `factor`: `c0` of the module, and its change with `x` and `y`. A
+/// function and not a closure: closures do not inline into a SIMD context.
 #[inline(always)]
-fn at_lens<S: Simd>(simd: S, e: &Bilinear, lane: usize, batch: &Batch, factor: f32x16<S>) -> [f32x16<S>; 3] {
+fn at_lens<S: Simd>(simd: S, e: &Bilinear, t: usize, batch: &Batch, factor: f32x16<S>) -> [f32x16<S>; 3] {
     let u = f32x16::load_array_ref(simd, &batch.u);
     let v = f32x16::load_array_ref(simd, &batch.v);
     let jx = f32x16::load_array_ref(simd, &batch.x);
     let jy = f32x16::load_array_ref(simd, &batch.y);
-    let c = u * e[1][lane] + v * e[2][lane] + e[0][lane];
-    let cx = u * e[4][lane] + v * e[5][lane] + e[3][lane];
-    let cy = u * e[7][lane] + v * e[8][lane] + e[6][lane];
+    let c = u * e[1][t] + v * e[2][t] + e[0][t];
+    let cx = u * e[4][t] + v * e[5][t] + e[3][t];
+    let cy = u * e[7][t] + v * e[8][t] + e[6][t];
     [(c + cx * jx + cy * jy) * factor, cx * factor, cy * factor]
 }
 
@@ -109,32 +110,31 @@ fn cover_one<S: Simd, const LOOSE: bool>(
     simd: S,
     batch: &Batch,
     visits: &Visits<'_>,
-    (lane, points): (usize, u16),
+    (t, points): (usize, u16),
     seen: &mut Visibility,
-    opaque: &Opaque<'_>,
+    alpha_test: &AlphaTest<'_>,
 ) {
-    let Visits { block, spans, film, size, .. } = *visits;
+    let Visits { set_up, spans, film, block_size, .. } = *visits;
     let u = f32x16::load_array_ref(simd, &batch.u);
     let v = f32x16::load_array_ref(simd, &batch.v);
     let zero = f32x16::splat(simd, 0.0);
     let one = f32x16::splat(simd, 1.0);
-    let step = (size.0 as f32, size.1 as f32);
-    let is = |mask: u16| mask >> lane & 1 == 1;
+    let is = |mask: u16| mask >> t & 1 == 1;
 
     let visit = Visit {
-        triangle: block.triangles[lane],
-        id: block.ids[lane],
-        first: visits.surfaces.get(block.ids[lane] as usize).copied().unwrap_or(block.triangles[lane]),
-        near: is(block.near).then_some(film.near),
-        cutout: is(block.cutout),
+        triangle: set_up.triangles[t],
+        id: set_up.ids[t],
+        first: visits.surfaces.get(set_up.ids[t] as usize).copied().unwrap_or(set_up.triangles[t]),
+        near_inverse: is(set_up.near).then_some(film.near_inverse),
+        cutout: is(set_up.cutout),
     };
-    let [x0, x1, y0, y1] = spans.blocks[lane].map(i32::from);
+    let [x0, x1, y0, y1] = spans.blocks[t].map(i32::from);
     let mut blocks = [x0, x1, y0, y1];
     let mut boxes = None;
-    if is(block.imaged) && (x1 - x0 + 1) * (y1 - y0 + 1) > NARROWED_ABOVE {
+    if is(set_up.imaged) && (x1 - x0 + 1) * (y1 - y0 + 1) > NARROWED_ABOVE {
         // Where each lens point sees the triangle: tighter than any box that was made beforehand.
-        let corners = (&block.corners, is(block.quads).then_some(&block.fourth));
-        let found = scatter::ranges(simd, corners, lane, batch, size, blocks);
+        let corners = (&set_up.corners, is(set_up.quads).then_some(&set_up.fourth));
+        let found = scatter::ranges(simd, corners, t, batch, block_size, blocks);
         let mut some = found.some();
         if LOOSE {
             some &= mask32x16::from_bitmask(simd, u64::from(points));
@@ -146,44 +146,49 @@ fn cover_one<S: Simd, const LOOSE: bool>(
         let [x0, x1, y0, y1] = found.union;
         blocks = found.union;
         // Small triangles far apart for different lens points: one lens point and 16 blocks at a time.
-        if !visit.cutout && visit.near.is_none() && WORTH * found.patches < (x1 - x0 + 1) * (y1 - y0 + 1) {
-            if LOOSE && !found.sift(block.nearest[lane], seen) {
+        if !visit.cutout
+            && visit.near_inverse.is_none()
+            && WORTH * found.patches < (x1 - x0 + 1) * (y1 - y0 + 1)
+        {
+            if LOOSE && !found.sift(set_up.most_inverse[t], seen) {
                 return;
             }
             boxes = Some(found);
         }
     }
-    let [plane, plane_u, plane_v] = block.plane.map(|part| part[lane]);
-    let distance = u * plane_u + v * plane_v + plane;
-    // Edge-on for this lens point: no sample of the lane can meet it.
-    let live = mask32x16::from_bitmask(simd, u64::from(batch.live)) & distance.simd_ne(zero);
-    let z = at_lens(simd, &block.facing, lane, batch, one / distance);
-    let side = live.select(one.copysign(distance), zero);
-    let edges = &block.edges;
+    let [plane, plane_u, plane_v] = set_up.plane.map(|part| part[t]);
+    let plane_at_lens = u * plane_u + v * plane_v + plane;
+    // Edge-on for this lens point: no sample of the t can meet it.
+    let live = mask32x16::from_bitmask(simd, u64::from(batch.live)) & plane_at_lens.simd_ne(zero);
+    let z = at_lens(simd, &set_up.facing, t, batch, one / plane_at_lens);
+    let side = live.select(one.copysign(plane_at_lens), zero);
+    let edges = &set_up.edges;
     let mut functions = Functions {
-        a: at_lens(simd, &edges[0], lane, batch, side),
-        b: at_lens(simd, &edges[1], lane, batch, side),
-        c: at_lens(simd, &edges[2], lane, batch, side),
+        a: at_lens(simd, &edges[0], t, batch, side),
+        b: at_lens(simd, &edges[1], t, batch, side),
+        c: at_lens(simd, &edges[2], t, batch, side),
         d: [zero; 3],
         z,
         live,
-        step,
+        block_size: (block_size.0 as f32, block_size.1 as f32),
     };
-    let nearest = block.nearest[lane];
+    let most_inverse = set_up.most_inverse[t];
     // Quads are none of those that are loose.
-    let is_quad = !LOOSE && is(block.quads);
+    let is_quad = !LOOSE && is(set_up.quads);
     if is_quad {
-        functions.d = at_lens(simd, &block.last_edge, lane, batch, side);
+        functions.d = at_lens(simd, &set_up.last_edge, t, batch, side);
     }
     match boxes {
         Some(boxes) if is_quad => {
-            scatter::draw::<_, false, true>(simd, &functions, &boxes, (visit.id, nearest), seen);
+            scatter::draw::<_, false, true>(simd, &functions, &boxes, (visit.id, most_inverse), seen);
         }
-        None if is_quad => regions::draw::<_, true>(simd, &functions, batch, blocks, &visit, seen, opaque),
+        None if is_quad => {
+            regions::draw::<_, true>(simd, &functions, batch, blocks, &visit, seen, alpha_test)
+        }
         Some(boxes) => {
-            scatter::draw::<_, LOOSE, false>(simd, &functions, &boxes, (visit.id, nearest), seen);
+            scatter::draw::<_, LOOSE, false>(simd, &functions, &boxes, (visit.id, most_inverse), seen);
         }
-        None => regions::draw::<_, false>(simd, &functions, batch, blocks, &visit, seen, opaque),
+        None => regions::draw::<_, false>(simd, &functions, batch, blocks, &visit, seen, alpha_test),
     }
 }
 
@@ -240,20 +245,20 @@ mod tests {
         let run = |level: Level| {
             let mut seen = Visibility::new();
             seen.clear(1, 1, EVERYWHERE);
-            let mut blocks = Vec::new();
+            let mut set_ups = Vec::new();
             for (round, v) in corners.iter().enumerate() {
-                let mut block = Block::EMPTY;
-                film.set_up(level, (v, None), &[0.0; LANES], &mut block);
-                block.ids = std::array::from_fn(|lane| (round * LANES + lane) as u32);
-                (block.near, block.cutout) = (0xffff, 0x1111);
-                block.imaged = if round % 2 == 0 { 0xffff } else { 0 };
+                let mut set_up = SetUp::EMPTY;
+                film.set_up(level, (v, None), &[0.0; LANES], &mut set_up);
+                set_up.ids = std::array::from_fn(|lane| (round * LANES + lane) as u32);
+                (set_up.near, set_up.cutout) = (0xffff, 0x1111);
+                set_up.imaged = if round % 2 == 0 { 0xffff } else { 0 };
                 let spans = Spans { blocks: [[0, 31, 0, 31]; LANES], some: 0xffff };
                 let visits = Visits {
-                    block: &block,
+                    set_up: &set_up,
                     spans: &spans,
                     points: None,
                     film: &film,
-                    size: (1, 1),
+                    block_size: (1, 1),
                     surfaces: &[],
                 };
                 cover(level, &batch, &visits, &mut seen, &|visit, hits| {
@@ -262,14 +267,14 @@ mod tests {
                             (0x6db6_u32 >> ((visit.id as usize + usize::from(hit.block)) % 3)) as u16;
                     }
                 });
-                blocks.push(format!("{block:?}"));
+                set_ups.push(format!("{set_up:?}"));
             }
-            let depth: Vec<u32> = seen.depth.iter().flatten().map(|z| z.to_bits()).collect();
+            let depth: Vec<u32> = seen.inverse_depth.iter().flatten().map(|z| z.to_bits()).collect();
             let ids = seen.id.clone();
             let mut groups = Groups::default();
             seen.keep(0);
             groups.find(level, std::slice::from_ref(&batch), &seen, ids.len());
-            (depth, ids, groups.runs().flatten().copied().collect::<Vec<_>>(), blocks)
+            (depth, ids, groups.runs().flatten().copied().collect::<Vec<_>>(), set_ups)
         };
         let wanted = run(SimdLevel::Scalar.level());
         assert!(wanted.0.iter().filter(|&&bits| bits != 0).count() > 1000, "the test draws next to nothing");

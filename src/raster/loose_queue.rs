@@ -10,7 +10,7 @@ use super::film::TileFilm;
 use super::geometry::Geometry;
 use super::lens_points::LensPoints;
 use super::part::{Part, Spans};
-use super::setup::Block;
+use super::setup::SetUp;
 use super::surfaces::Surfaces;
 use super::tile_lists::Cursor;
 use super::visibility::Visibility;
@@ -34,7 +34,7 @@ struct One {
     /// The place of its surface among the tile's.
     id: u32,
     /// At least the largest `1/t` of it and all after it.
-    nearest: f32,
+    most_inverse: f32,
 }
 
 /// Sixteen triangles at most, for one batch.
@@ -42,12 +42,12 @@ struct Gathered {
     those: Waiting,
     spans: Spans,
     points: [u16; LANES],
-    block: Block,
+    set_up: SetUp,
 }
 
 impl Default for Gathered {
     fn default() -> Self {
-        Self { those: Waiting::default(), spans: Spans::NONE, points: [0; LANES], block: Block::EMPTY }
+        Self { those: Waiting::default(), spans: Spans::NONE, points: [0; LANES], set_up: SetUp::EMPTY }
     }
 }
 
@@ -85,8 +85,8 @@ impl LooseQueue {
         }
         let those = &those[..count];
         let ids = surfaces.number(those.iter().map(|brief| (brief.surface, brief.triangle)));
-        for (&Brief { number, nearest, .. }, id) in those.iter().zip(ids) {
-            self.each.push(One { number, id, nearest: film.nearest(nearest) });
+        for (&Brief { number, least_z, .. }, id) in those.iter().zip(ids) {
+            self.each.push(One { number, id, most_inverse: film.most_inverse_beyond(least_z) });
         }
         count > 0
     }
@@ -94,7 +94,7 @@ impl LooseQueue {
     /// Whether the `live` lanes of a batch see none from `at` on, or none of those that are not listed yet.
     pub(super) fn is_hidden(&self, at: usize, live: u16, seen: &Visibility) -> bool {
         let at = at.min(self.each.len().saturating_sub(1));
-        self.each.get(at).is_some_and(|one| seen.hides(one.nearest, live))
+        self.each.get(at).is_some_and(|one| seen.hides(one.most_inverse, live))
     }
 
     /// Gathers the one at `at` if a lens point of the batch of that number may see it before what is seen.
@@ -103,8 +103,8 @@ impl LooseQueue {
         if points == 0 {
             return;
         }
-        let One { number, id, nearest } = self.each[at];
-        let points = seen.open(nearest, points);
+        let One { number, id, most_inverse } = self.each[at];
+        let points = seen.open(most_inverse, points);
         if points != 0 {
             let Gathered { those, points: each, .. } = &mut self.gathered;
             let lane = those.count % LANES;
@@ -125,21 +125,18 @@ impl LooseQueue {
         level: Level,
         geometry: &Geometry<'_>,
         (film, part, cell): (&TileFilm, &Part, usize),
-    ) -> (&Block, &Spans, &[u16; LANES]) {
-        let Gathered { those, spans, points, block } = &mut self.gathered;
+    ) -> (&SetUp, &Spans, &[u16; LANES]) {
+        let Gathered { those, spans, points, set_up } = &mut self.gathered;
         // They lie anywhere in memory: with nothing to decide in between, it brings many at once.
         for (candidate, &number) in those.candidates.iter_mut().zip(&those.numbers).take(those.count) {
             *candidate = geometry.bins.candidate(number);
         }
-        those.set_up(level, geometry, film, block);
+        those.set_up(level, geometry, film, set_up);
         spans.some = 0;
         for (lane, &number) in those.numbers.iter().enumerate().take(those.count) {
-            if let Some(blocks) = part.blocks(geometry.bins.pixels(number, cell)) {
-                spans.blocks[lane] = blocks;
-                spans.some |= 1 << lane;
-            }
+            spans.set(lane, part.blocks(geometry.bins.pixels(number, cell)));
         }
         those.count = 0;
-        (block, spans, points)
+        (set_up, spans, points)
     }
 }

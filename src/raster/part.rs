@@ -19,6 +19,15 @@ pub(crate) struct Spans {
 
 impl Spans {
     pub(super) const NONE: Self = Self { blocks: [[1, 0, 1, 0]; LANES], some: 0 };
+
+    /// Those that one of the triangles may touch, if any.
+    #[inline(always)]
+    pub(super) fn set(&mut self, triangle: usize, blocks: Option<[u8; 4]>) {
+        if let Some(blocks) = blocks {
+            self.blocks[triangle] = blocks;
+            self.some |= 1 << triangle;
+        }
+    }
 }
 
 /// What is drawn of a tile.
@@ -27,7 +36,7 @@ pub(crate) struct Part {
     /// Its column and row.
     pub tile: (u32, u32),
     /// Pixels across and down that a batch serves.
-    pub block: (u32, u32),
+    pub block_size: (u32, u32),
     /// Regions of 4 x 4 blocks outside of which nothing is drawn: see [`super::visibility`].
     pub wanted: u64,
 }
@@ -35,8 +44,8 @@ pub(crate) struct Part {
 impl Part {
     /// The blocks that lie in a box: columns, first and last, and rows.
     pub(super) fn blocks(&self, pixels: PixelBox) -> Option<[u8; 4]> {
-        let (x0, x1) = range(pixels.x0, pixels.x1, self.tile.0, self.block.0)?;
-        let (y0, y1) = range(pixels.y0, pixels.y1, self.tile.1, self.block.1)?;
+        let (x0, x1) = range(pixels.x0, pixels.x1, self.tile.0, self.block_size.0)?;
+        let (y0, y1) = range(pixels.y0, pixels.y1, self.tile.1, self.block_size.1)?;
         Some([x0, x1, y0, y1])
     }
 

@@ -8,7 +8,7 @@
 
 use super::batch::Batch;
 use super::visibility::{REGION, Visibility};
-use super::visit::{Functions, Hit, Opaque, Visit};
+use super::visit::{AlphaTest, Functions, Hit, Visit};
 use super::{LANES, TILE};
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16, mask32x16, u32x16};
 use std::ops::Range;
@@ -37,16 +37,16 @@ pub(super) fn draw<S: Simd, const QUAD: bool>(
     blocks: [i32; 4],
     visit: &Visit,
     seen: &mut Visibility,
-    opaque: &Opaque<'_>,
+    alpha_test: &AlphaTest<'_>,
 ) {
     let half = 0.5 * TILE as f32;
     let zero = f32x16::splat(simd, 0.0);
     let Functions {
         a: [a0, ax, ay], b: [b0, bx, by], c: [c0, cx, cy], d: [d0, dx, dy], z: [z0, zx, zy], ..
     } = *functions;
-    let Functions { live, step, .. } = *functions;
+    let Functions { live, block_size: step, .. } = *functions;
     let [x0, x1, y0, y1] = blocks;
-    let is_plain = QUAD || !visit.cutout && visit.near.is_none();
+    let is_plain = QUAD || !visit.cutout && visit.near_inverse.is_none();
     let is_few = is_plain && x1 - x0 < SIDE && (x1 - x0 + 1) * (y1 - y0 + 1) <= WITHOUT_REGIONS;
     // (Of a quad each region by itself: the loops once less, which are compiled for every level, a twentieth of the library's build, and
     // no slower. Of triangles too: coverage 10 to 40 % slower.)
@@ -85,8 +85,8 @@ pub(super) fn draw<S: Simd, const QUAD: bool>(
                 if !candidates.any_true() {
                     continue;
                 }
-                let nearest = z_row + zx * (z_right + left);
-                candidates &= nearest.simd_gt(seen.region_floor(simd, column, row));
+                let most_inverse = z_row + zx * (z_right + left);
+                candidates &= most_inverse.simd_gt(seen.region_floor(simd, column, row));
                 if !candidates.any_true() {
                     continue;
                 }
@@ -96,7 +96,7 @@ pub(super) fn draw<S: Simd, const QUAD: bool>(
             let drawn = if is_plain {
                 plain::<_, QUAD>(simd, functions, candidates, (columns, rows), visit.id, seen)
             } else {
-                checked(simd, functions, candidates, (columns, rows), (visit, batch, opaque), seen)
+                checked(simd, functions, candidates, (columns, rows), (visit, batch, alpha_test), seen)
             };
             if drawn {
                 seen.touch(column, row);
@@ -139,7 +139,8 @@ fn plain_rows<S: Simd, const QUAD: bool, const N: usize>(
     for row in rows {
         let first = row as usize * seen.columns + column as usize;
         // One check a row instead of one a block.
-        if let Some(depths) = seen.depth.get_mut(first..first + N).and_then(|row| row.first_chunk_mut())
+        if let Some(depths) =
+            seen.inverse_depth.get_mut(first..first + N).and_then(|row| row.first_chunk_mut())
             && let Some(ids) = seen.id.get_mut(first..first + N).and_then(|row| row.first_chunk_mut())
         {
             let row = Row::<S, QUAD>::new(simd, functions, candidates, (column, row));
@@ -157,7 +158,7 @@ fn checked<S: Simd>(
     functions: &Functions<S>,
     candidates: mask32x16<S>,
     (columns, rows): (Range<i32>, Range<i32>),
-    (visit, batch, opaque): (&Visit, &Batch, &Opaque<'_>),
+    (visit, batch, alpha_test): (&Visit, &Batch, &AlphaTest<'_>),
     seen: &mut Visibility,
 ) -> bool {
     let mut hits = [Hit { block: 0, lanes: 0 }; REGION * REGION];
@@ -166,9 +167,9 @@ fn checked<S: Simd>(
         let along = Row::<S, false>::new(simd, functions, candidates, (columns.start, row));
         for (at, column) in columns.clone().enumerate() {
             let block = row as usize * seen.columns + column as usize;
-            let Some(before) = seen.depth.get(block) else { continue };
+            let Some(before) = seen.inverse_depth.get(block) else { continue };
             let (mut hit, z) = along.hit(simd, at, f32x16::load_array_ref(simd, before));
-            if let Some(near) = visit.near {
+            if let Some(near) = visit.near_inverse {
                 let x = f32x16::load_array_ref(simd, &batch.x) + along.x(at);
                 let y = f32x16::load_array_ref(simd, &batch.y) + along.y;
                 hit &= z.simd_le(x * near[1] + y * near[2] + near[0]);
@@ -181,13 +182,13 @@ fn checked<S: Simd>(
     }
     let hits = &mut hits[..count.min(REGION * REGION)];
     if visit.cutout && !hits.is_empty() {
-        opaque(visit, hits);
+        alpha_test(visit, hits);
     }
     let mut drawn = false;
     let id = u32x16::splat(simd, visit.id);
     for (hit, z) in hits.iter().zip(&seen.asked) {
         let at = usize::from(hit.block);
-        if let (Some(depth), Some(ids)) = (seen.depth.get_mut(at), seen.id.get_mut(at)) {
+        if let (Some(depth), Some(ids)) = (seen.inverse_depth.get_mut(at), seen.id.get_mut(at)) {
             let lanes = mask32x16::from_bitmask(simd, u64::from(hit.lanes));
             write(simd, lanes, f32x16::load_array_ref(simd, z), id, (depth, ids));
             drawn |= hit.lanes != 0;
@@ -217,7 +218,7 @@ fn write<S: Simd>(
 #[derive(Clone, Copy)]
 struct Row<S: Simd, const QUAD: bool> {
     edges: [[f32x16<S>; 2]; 4],
-    depth: [f32x16<S>; 2],
+    inverse: [f32x16<S>; 2],
     /// The place of the first block, and the width of one.
     first: f32,
     step: f32,
@@ -229,13 +230,13 @@ impl<S: Simd, const QUAD: bool> Row<S, QUAD> {
     fn new(simd: S, functions: &Functions<S>, candidates: mask32x16<S>, (column, row): (i32, i32)) -> Self {
         let half = 0.5 * TILE as f32;
         let Functions { a: [a0, ax, ay], b: [b0, bx, by], c: [c0, cx, cy], d: [d0, dx, dy], .. } = *functions;
-        let Functions { z: [z0, zx, zy], step, .. } = *functions;
+        let Functions { z: [z0, zx, zy], block_size: step, .. } = *functions;
         let y = row as f32 * step.1 - half;
         let edges = [[a0 + ay * y, ax], [b0 + by * y, bx], [c0 + cy * y, cx], [d0 + dy * y, dx]];
         let first = column as f32 * step.0 - half;
         // NaN is not nearer than anything.
         let z0 = candidates.select(z0, f32x16::splat(simd, f32::NAN));
-        Self { edges, depth: [z0 + zy * y, zx], first, step: step.0, y }
+        Self { edges, inverse: [z0 + zy * y, zx], first, step: step.0, y }
     }
 
     /// Where the block that is `at` blocks from the first lies.
@@ -250,7 +251,7 @@ impl<S: Simd, const QUAD: bool> Row<S, QUAD> {
         let zero = f32x16::splat(simd, 0.0);
         let [[a, ax], [b, bx], [c, cx], [d, dx]] = self.edges;
         let x = self.x(at);
-        let z = self.depth[0] + self.depth[1] * x;
+        let z = self.inverse[0] + self.inverse[1] * x;
         let mut hit = (a + ax * x).simd_ge(zero)
             & (b + bx * x).simd_ge(zero)
             & (c + cx * x).simd_ge(zero)

@@ -39,38 +39,38 @@ pub(super) struct Ranges<S: Simd> {
     y1: i32x16<S>,
 }
 
-/// Those of triangle `lane`, within `blocks`; of a quad with its fourth corner.
+/// Those of triangle `t`, within `blocks`; of a quad with its fourth corner.
 #[inline(always)]
 pub(super) fn ranges<S: Simd>(
     simd: S,
     (corners, fourth): (&Images, Option<&Image>),
-    lane: usize,
+    t: usize,
     batch: &Batch,
-    block: (u32, u32),
+    block_size: (u32, u32),
     blocks: [i32; 4],
 ) -> Ranges<S> {
     let u = f32x16::load_array_ref(simd, &batch.u);
     let v = f32x16::load_array_ref(simd, &batch.v);
     let one = f32x16::splat(simd, 1.0);
-    let i0 = one / linear(&corners[0][2], lane, u, v);
-    let i1 = one / linear(&corners[1][2], lane, u, v);
-    let i2 = one / linear(&corners[2][2], lane, u, v);
-    let p = linear(&corners[0][0], lane, u, v) * i0;
-    let q = linear(&corners[1][0], lane, u, v) * i1;
-    let r = linear(&corners[2][0], lane, u, v) * i2;
+    let i0 = one / linear(&corners[0][2], t, u, v);
+    let i1 = one / linear(&corners[1][2], t, u, v);
+    let i2 = one / linear(&corners[2][2], t, u, v);
+    let p = linear(&corners[0][0], t, u, v) * i0;
+    let q = linear(&corners[1][0], t, u, v) * i1;
+    let r = linear(&corners[2][0], t, u, v) * i2;
     let (mut left, mut right) = (p.min(q).min(r), p.max(q).max(r));
-    let p = linear(&corners[0][1], lane, u, v) * i0;
-    let q = linear(&corners[1][1], lane, u, v) * i1;
-    let r = linear(&corners[2][1], lane, u, v) * i2;
+    let p = linear(&corners[0][1], t, u, v) * i0;
+    let q = linear(&corners[1][1], t, u, v) * i1;
+    let r = linear(&corners[2][1], t, u, v) * i2;
     let (mut top, mut bottom) = (p.min(q).min(r), p.max(q).max(r));
     if let Some(fourth) = fourth {
-        let inverse = one / linear(&fourth[2], lane, u, v);
-        let (x, y) = (linear(&fourth[0], lane, u, v) * inverse, linear(&fourth[1], lane, u, v) * inverse);
+        let inverse = one / linear(&fourth[2], t, u, v);
+        let (x, y) = (linear(&fourth[0], t, u, v) * inverse, linear(&fourth[1], t, u, v) * inverse);
         (left, right) = (left.min(x), right.max(x));
         (top, bottom) = (top.min(y), bottom.max(y));
     }
-    let (x0, x1) = range(simd, [left, right], &batch.x, block.0, [blocks[0], blocks[1]]);
-    let (y0, y1) = range(simd, [top, bottom], &batch.y, block.1, [blocks[2], blocks[3]]);
+    let (x0, x1) = range(simd, [left, right], &batch.x, block_size.0, [blocks[0], blocks[1]]);
+    let (y0, y1) = range(simd, [top, bottom], &batch.y, block_size.1, [blocks[2], blocks[3]]);
     Ranges { x0, x1, y0, y1 }
 }
 
@@ -109,9 +109,9 @@ impl<S: Simd> Ranges<S> {
 }
 
 impl LaneBoxes {
-    /// Leaves out the lens points from which what is nowhere nearer than `nearest` is hidden; tells whether any are left.
+    /// Leaves out the lens points from which what is nowhere nearer than `most_inverse` is hidden; tells whether any are left.
     #[inline(always)]
-    pub(super) fn sift(&mut self, nearest: f32, seen: &Visibility) -> bool {
+    pub(super) fn sift(&mut self, most_inverse: f32, seen: &Visibility) -> bool {
         let mut rest = self.some;
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % LANES;
@@ -119,7 +119,8 @@ impl LaneBoxes {
             let region = |block: i32| block as usize / REGION;
             let columns = region(self.x0[lane])..region(self.x1[lane]) + 1;
             let mut rows = region(self.y0[lane])..region(self.y1[lane]) + 1;
-            let hides = |row: usize| columns.clone().all(|column| seen.hides_in(column, row, lane, nearest));
+            let hides =
+                |row: usize| columns.clone().all(|column| seen.hides_in(column, row, lane, most_inverse));
             self.some &= !(u64::from(rows.all(hides)) << lane);
         }
         self.some != 0
@@ -127,8 +128,8 @@ impl LaneBoxes {
 }
 
 #[inline(always)]
-fn linear<S: Simd>(row: &[[f32; LANES]; 3], lane: usize, u: f32x16<S>, v: f32x16<S>) -> f32x16<S> {
-    u * row[1][lane] + v * row[2][lane] + row[0][lane]
+fn linear<S: Simd>(row: &[[f32; LANES]; 3], t: usize, u: f32x16<S>, v: f32x16<S>) -> f32x16<S> {
+    u * row[1][t] + v * row[2][t] + row[0][t]
 }
 
 /// The first and last block along one axis, of `step` pixels each, that corners from `least` to `most` span.
@@ -155,21 +156,21 @@ fn range<S: Simd>(
 /// Against rounding of positions and edges, in pixels.
 pub(super) const MARGIN: f32 = 4e-3;
 
-/// Draws a triangle, nowhere nearer than `nearest`, lens point by lens point. Where it is one of many that are `LOOSE`, large boxes begin at
+/// Draws a triangle, nowhere nearer than `most_inverse`, lens point by lens point. Where it is one of many that are `LOOSE`, large boxes begin at
 /// the borders of regions, so that those are passed over that hide it.
 #[inline(always)]
 pub(super) fn draw<S: Simd, const LOOSE: bool, const QUAD: bool>(
     simd: S,
     functions: &Functions<S>,
     boxes: &LaneBoxes,
-    (id, nearest): (u32, f32),
+    (id, most_inverse): (u32, f32),
     seen: &mut Visibility,
 ) {
     let half = 0.5 * TILE as f32;
     let zero = f32x16::splat(simd, 0.0);
     let column = f32x16::load_array(simd, COLUMN);
     let row = f32x16::load_array(simd, ROW);
-    let step = functions.step;
+    let step = functions.block_size;
     let [a0, ax, ay] = arrays(functions.a);
     let [b0, bx, by] = arrays(functions.b);
     let [c0, cx, cy] = arrays(functions.c);
@@ -192,7 +193,9 @@ pub(super) fn draw<S: Simd, const LOOSE: bool, const QUAD: bool>(
             let rows = ((1 << (PATCH * (y1 - top + 1).min(PATCH))) - 1) & (!0 << (PATCH * (y0 - top).max(0)));
             let mut left = x0 & start;
             while left <= x1 {
-                if is_large && seen.hides_in(left as usize / REGION, top as usize / REGION, lane, nearest) {
+                if is_large
+                    && seen.hides_in(left as usize / REGION, top as usize / REGION, lane, most_inverse)
+                {
                     left += PATCH;
                     continue;
                 }
@@ -213,7 +216,8 @@ pub(super) fn draw<S: Simd, const LOOSE: bool, const QUAD: bool>(
                         bits &= bits - 1;
                         let (column, row) = (left as usize + bit % 4, top as usize + bit / 4);
                         let at = row * seen.columns + column;
-                        if let (Some(depth), Some(ids)) = (seen.depth.get_mut(at), seen.id.get_mut(at))
+                        if let (Some(depth), Some(ids)) =
+                            (seen.inverse_depth.get_mut(at), seen.id.get_mut(at))
                             && z[bit] > depth[lane]
                         {
                             depth[lane] = z[bit];

@@ -1,6 +1,6 @@
 //! Triangle set-up: edge functions and depth of 16 triangles about the centre of one tile.
 //!
-//! In: corners in the lens frame ([`super::waiting`]). Out: a [`Block`], for [`super::kernel`]: nine coefficients for each edge,
+//! In: corners in the lens frame ([`super::waiting`]). Out: a [`SetUp`], for [`super::kernel`]: nine coefficients for each edge,
 //! of `e = q_w s.m - p.m + s.(d x p)`, `m = va x vb`, `d = vb - va` ([`super::film`]), and those of `D.N` and `N.(v0 - s)`, whose
 //! quotient is `1/t`, with `N = (v1 - v0) x (v2 - v0)`. Left out is what has an edge with `side e_1 + reach < 0`, `e_1` being its
 //! value at the centres of tile and lens, `reach` the most that its other eight coefficients add, and `side` the sign of
@@ -33,7 +33,7 @@ pub(crate) type Images = [Image; 3];
 
 /// Sixteen triangles in one tile, or quads: convex and plane, with a fourth corner.
 #[derive(Clone, Debug)]
-pub(crate) struct Block {
+pub(crate) struct SetUp {
     /// The triangles' numbers.
     pub triangles: [u32; LANES],
     /// What is written where they are seen.
@@ -51,9 +51,9 @@ pub(crate) struct Block {
     /// The fourth corner, where any is a quad.
     pub fourth: Image,
     /// At least the largest `1/t` anywhere in the tile, for any lens point.
-    pub nearest: [f32; LANES],
+    pub most_inverse: [f32; LANES],
     /// Triangles, the first in the lowest bit, that may touch the tile.
-    pub live: u16,
+    pub may_touch: u16,
     /// Those whose corners have an image for every lens point, well placed in single precision.
     pub imaged: u16,
     /// Those that may come nearer than the near plane, whose `1/t` is then checked at each sample.
@@ -64,7 +64,7 @@ pub(crate) struct Block {
     pub quads: u16,
 }
 
-impl Block {
+impl SetUp {
     pub(crate) const EMPTY: Self = Self {
         triangles: [0; LANES],
         ids: [0; LANES],
@@ -74,8 +74,8 @@ impl Block {
         plane: [[0.0; LANES]; 3],
         corners: [[[[0.0; LANES]; 3]; 3]; 3],
         fourth: [[[0.0; LANES]; 3]; 3],
-        nearest: [0.0; LANES],
-        live: 0,
+        most_inverse: [0.0; LANES],
+        may_touch: 0,
         imaged: 0,
         near: 0,
         cutout: 0,
@@ -84,17 +84,17 @@ impl Block {
 }
 
 impl TileFilm {
-    /// Sets up triangles with these corners, and a fourth where any is a quad (of triangles the third once more); `depths` are those of their nearest corners. All but names and flags of
+    /// Sets up triangles with these corners, and a fourth where any is a quad (of triangles the third once more); `least_z` are those of their nearest corners. All but names and flags of
     /// the block is written; of `imaged` those are left whose corners single precision places well. Those that miss the
     /// tile for every lens point, as their edges show, are not live.
     pub(crate) fn set_up(
         &self,
         level: Level,
         v: (&Corners, Option<&Corner>),
-        depths: &[f32; LANES],
-        block: &mut Block,
+        least_z: &[f32; LANES],
+        made: &mut SetUp,
     ) {
-        at_level!(level, simd => set_up(simd, self, v, depths, block));
+        at_level!(level, simd => set_up(simd, self, v, least_z, made));
     }
 }
 
@@ -103,20 +103,20 @@ fn set_up<S: Simd>(
     simd: S,
     film: &TileFilm,
     (v, fourth): (&Corners, Option<&Corner>),
-    depths: &[f32; LANES],
-    block: &mut Block,
+    least_z: &[f32; LANES],
+    made: &mut SetUp,
 ) {
     let (low, high) = (corners(simd, v, 0), corners(simd, v, 8));
     let (low_face, high_face) = (Face::new(simd, film, &low), Face::new(simd, film, &high));
     let (low_side, high_side) = (low_face.side(simd), high_face.side(simd));
-    store(&low_face.facing, &high_face.facing, &mut block.facing);
-    store(&low_face.plane, &high_face.plane, &mut block.plane);
+    store(&low_face.facing, &high_face.facing, &mut made.facing);
+    store(&low_face.plane, &high_face.plane, &mut made.plane);
     let (low_near, high_near) =
-        (low_face.nearest(simd, film, low_side), high_face.nearest(simd, film, high_side));
-    low_near.narrow(high_near).store_array(&mut block.nearest);
+        (low_face.most_inverse(simd, film, low_side), high_face.most_inverse(simd, film, high_side));
+    low_near.narrow(high_near).store_array(&mut made.most_inverse);
     // No part of a triangle is nearer than its nearest corner.
-    for (nearest, &depth) in block.nearest.iter_mut().zip(depths) {
-        *nearest = (ROUNDING * *nearest).min(film.nearest(depth));
+    for (most_inverse, &z) in made.most_inverse.iter_mut().zip(least_z) {
+        *most_inverse = (ROUNDING * *most_inverse).min(film.most_inverse_beyond(z));
     }
 
     let (mut low_last, mut high_last) = (low[2], high[2]);
@@ -124,18 +124,18 @@ fn set_up<S: Simd>(
         (low_last, high_last) = (corner(simd, fourth, 0), corner(simd, fourth, 8));
     }
     let mut live = 0xffff;
-    let [opposite, across, first] = &mut block.edges;
+    let [opposite, across, first] = &mut made.edges;
     let sides = (low_side, high_side);
     live &= edge(simd, film, ([low[1], low[2]], [high[1], high[2]]), sides, opposite);
     live &= edge(simd, film, ([low_last, low[0]], [high_last, high[0]]), sides, across);
     live &= edge(simd, film, ([low[0], low[1]], [high[0], high[1]]), sides, first);
-    block.imaged &= images(simd, film, (&low, &high), &mut block.corners);
+    made.imaged &= images(simd, film, (&low, &high), &mut made.corners);
     if fourth.is_some() {
-        live &= edge(simd, film, ([low[2], low_last], [high[2], high_last]), sides, &mut block.last_edge);
-        let out = std::array::from_mut(&mut block.fourth);
-        block.imaged &= images(simd, film, (&[low_last], &[high_last]), out);
+        live &= edge(simd, film, ([low[2], low_last], [high[2], high_last]), sides, &mut made.last_edge);
+        let out = std::array::from_mut(&mut made.fourth);
+        made.imaged &= images(simd, film, (&[low_last], &[high_last]), out);
     }
-    block.live = live;
+    made.may_touch = live;
 }
 
 /// The functions of sixteen edges, each between two corners; tells which may leave something of their triangles in the tile.
@@ -249,14 +249,14 @@ impl<S: Simd> Face<S> {
 
     /// At least the largest `1/t` in the tile.
     #[inline(always)]
-    fn nearest(&self, simd: S, film: &TileFilm, side: f64x8<S>) -> f64x8<S> {
+    fn most_inverse(&self, simd: S, film: &TileFilm, side: f64x8<S>) -> f64x8<S> {
         let infinite = f64x8::splat(simd, f64::INFINITY);
         let reach = reach(film, &self.facing);
         let least = self.plane[0].abs() - self.plane[1].abs() - self.plane[2].abs();
         // Single precision loses a few millionths of what cancels.
         let most = self.facing[0] * side + reach + (self.facing[0].abs() + reach) * 4e-6;
-        let nearest = most / least;
-        (side.abs() * least).simd_gt(f64x8::splat(simd, 0.0)).select(nearest, infinite)
+        let most_inverse = most / least;
+        (side.abs() * least).simd_gt(f64x8::splat(simd, 0.0)).select(most_inverse, infinite)
     }
 }
 
@@ -375,8 +375,8 @@ mod tests {
                     *x += lens * radius * (1.0 - z / 2.1);
                 }
             }
-            let mut block = Block { imaged: 0xffff, ..Block::EMPTY };
-            film.set_up(SimdLevel::best().level(), (&v, None), &[0.0; LANES], &mut block);
+            let mut made = SetUp { imaged: 0xffff, ..SetUp::EMPTY };
+            film.set_up(SimdLevel::best().level(), (&v, None), &[0.0; LANES], &mut made);
             let lens = lens as f32;
             for (lane, corner) in (0..LANES).flat_map(|lane| (0..3).map(move |corner| (lane, corner))) {
                 let part = |row: usize, part: usize| {
@@ -385,11 +385,11 @@ mod tests {
                     x * h.x + y * h.y + z * h.z + h.w
                 };
                 let exact = (part(0, 0) + f64::from(lens) * part(0, 1)) / part(2, 0);
-                let [x, _, w] = &block.corners[corner];
+                let [x, _, w] = &made.corners[corner];
                 // As `scatter` does.
                 let single = (lens * x[1][lane] + x[0][lane]) * (1.0 / w[0][lane]);
                 let error = (f64::from(single) - exact).abs();
-                let is_imaged = block.imaged >> lane & 1 == 1;
+                let is_imaged = made.imaged >> lane & 1 == 1;
                 imaged += u32::from(is_imaged);
                 misplaced += u32::from(error > f64::from(MARGIN));
                 assert!(!is_imaged || error < f64::from(MARGIN), "{error} px");
@@ -407,12 +407,12 @@ mod tests {
         for round in 0..40 {
             let size = [1.0, 0.1, 0.01][round % 3];
             let v = triangles(size, &mut random);
-            let mut depths = [0.0; LANES];
+            let mut least_z = [0.0; LANES];
             for lane in 0..LANES {
-                depths[lane] = v.iter().map(|c| c[2][lane]).fold(f64::INFINITY, f64::min).max(0.0) as f32;
+                least_z[lane] = v.iter().map(|c| c[2][lane]).fold(f64::INFINITY, f64::min).max(0.0) as f32;
             }
-            let mut block = Block::EMPTY;
-            film.set_up(SimdLevel::best().level(), (&v, None), &depths, &mut block);
+            let mut made = SetUp::EMPTY;
+            film.set_up(SimdLevel::best().level(), (&v, None), &least_z, &mut made);
             for lane in 0..LANES {
                 let c = [0, 1, 2].map(|i| [0, 1, 2].map(|axis| v[i][axis][lane]));
                 let edges = edges(&film, &v, lane);
@@ -429,10 +429,14 @@ mod tests {
                         continue;
                     }
                     met += 1;
-                    assert!(block.live >> lane & 1 == 1, "passed over, and met at {u} {v} {x} {y}");
-                    assert!(inverse <= f64::from(block.nearest[lane]), "{inverse} {}", block.nearest[lane]);
+                    assert!(made.may_touch >> lane & 1 == 1, "passed over, and met at {u} {v} {x} {y}");
+                    assert!(
+                        inverse <= f64::from(made.most_inverse[lane]),
+                        "{inverse} {}",
+                        made.most_inverse[lane]
+                    );
                 }
-                missed += u32::from(block.live >> lane & 1 == 0);
+                missed += u32::from(made.may_touch >> lane & 1 == 0);
             }
         }
         assert!(missed > 100 && met > 1000, "{missed} {met}");

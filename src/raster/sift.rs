@@ -23,7 +23,7 @@ const CROWD: f32 = 8.0;
 pub(super) struct Sieve {
     batches: Vec<Batch>,
     /// Width and height of a block of pixels.
-    size: (u32, u32),
+    block_size: (u32, u32),
     /// Samples in a square pixel.
     density: f32,
 }
@@ -33,7 +33,7 @@ impl Sieve {
     pub(super) fn set(&mut self, pattern: &Pattern, triangles: usize) -> bool {
         let [across, down] = pattern.block_bits;
         let samples: u32 = pattern.batches.iter().map(|batch| batch.live.count_ones()).sum();
-        self.size = (1 << across, 1 << down);
+        self.block_size = (1 << across, 1 << down);
         self.density = samples as f32 / (1 << (across + down)) as f32;
         let is_crowded = triangles as f32 > CROWD * self.density * (TILE * TILE) as f32;
         if is_crowded {
@@ -73,24 +73,24 @@ fn met<S: Simd>(
     let small = (extent(simd, (&at, last), 0) * extent(simd, (&at, last), 1) * sieve.density)
         .simd_lt(f32x16::splat(simd, 1.0))
         .to_bitmask() as u16;
-    let (columns, rows) = (TILE / sieve.size.0, TILE / sieve.size.1);
+    let (columns, rows) = (TILE / sieve.block_size.0, TILE / sieve.block_size.1);
     let blocks = [0, columns as i32 - 1, 0, rows as i32 - 1];
     let mut met = those;
     let mut rest = those & small & placed;
     while rest != 0 {
-        let lane = rest.trailing_zeros() as usize % LANES;
+        let t = rest.trailing_zeros() as usize % LANES;
         rest &= rest - 1;
         let mut is_met = false;
         // A loop, for closures are not compiled for the level.
         for batch in &sieve.batches {
             let seeing =
-                ranges(simd, (&at, last), lane, batch, sieve.size, blocks).some().to_bitmask() as u16;
+                ranges(simd, (&at, last), t, batch, sieve.block_size, blocks).some().to_bitmask() as u16;
             is_met = seeing & batch.live != 0;
             if is_met {
                 break;
             }
         }
-        met &= !(u16::from(!is_met) << lane);
+        met &= !(u16::from(!is_met) << t);
     }
     met
 }

@@ -18,12 +18,12 @@ use super::kernel::{Visits, cover};
 use super::lens_points::LensPoints;
 use super::loose_queue::LooseQueue;
 use super::part::{Part, Spans};
-use super::setup::Block;
+use super::setup::SetUp;
 use super::sift::Sieve;
 use super::surfaces::Surfaces;
 use super::tile_lists::Cursor;
 use super::visibility::{EVERYWHERE, Visibility};
-use super::visit::Opaque;
+use super::visit::AlphaTest;
 use super::waiting::Waiting;
 use fearless_simd::Level;
 
@@ -42,11 +42,11 @@ pub(crate) struct TileScratch {
     /// The candidates to be set up next.
     next: Waiting,
     /// Set-ups, of which the first `ready` are this tile's, and cell by cell their spans.
-    blocks: Vec<Block>,
+    set_ups: Vec<SetUp>,
     ready: usize,
     spans: Vec<Spans>,
-    /// For each block at least the largest `1/t` of it and all after it.
-    nearest: Vec<f32>,
+    /// For each of these at least the largest `1/t` of it and all after it.
+    most_inverse: Vec<f32>,
     surfaces: Surfaces,
     seen: Visibility,
     /// Seconds that set-up took in this tile.
@@ -56,7 +56,7 @@ pub(crate) struct TileScratch {
 impl Default for TileScratch {
     fn default() -> Self {
         Self {
-            part: Part { tile: (0, 0), block: (1, 1), wanted: EVERYWHERE },
+            part: Part { tile: (0, 0), block_size: (1, 1), wanted: EVERYWHERE },
             cursor: Cursor::default(),
             lens: LensPoints::default(),
             is_loose: false,
@@ -64,10 +64,10 @@ impl Default for TileScratch {
             is_crowded: false,
             listed: LooseQueue::default(),
             next: Waiting::default(),
-            blocks: Vec::new(),
+            set_ups: Vec::new(),
             ready: 0,
             spans: Vec::new(),
-            nearest: Vec::new(),
+            most_inverse: Vec::new(),
             surfaces: Surfaces::default(),
             seen: Visibility::new(),
             seconds: 0.0,
@@ -93,7 +93,7 @@ impl TileScratch {
         self.part = part;
         self.ready = 0;
         self.spans.clear();
-        self.nearest.clear();
+        self.most_inverse.clear();
         self.surfaces.clear(geometry.surfaces);
         self.seconds = 0.0;
         self.is_loose = geometry.bins.are_loose() && self.lens.set(pattern);
@@ -119,7 +119,7 @@ impl TileScratch {
             next.is_last = found.len() < LANES - first;
             next.count = first;
             if turn == 0 {
-                next.nearest = next.candidates[0].nearest;
+                next.least_z = next.candidates[0].least_z;
             }
             let those = next.candidates[found.clone()].iter();
             let ids = self.surfaces.number(those.map(|found| (found.surface(), found.triangle)));
@@ -148,12 +148,12 @@ impl TileScratch {
         geometry: &Geometry<'_>,
         film: &TileFilm,
         (number, batch): (usize, &Batch),
-        opaque: &Opaque<'_>,
+        alpha_test: &AlphaTest<'_>,
     ) -> u64 {
         let mut count = 0;
-        self.seen.clear(self.part.block.0, self.part.block.1, wanted);
+        self.seen.clear(self.part.block_size.0, self.part.block_size.1, wanted);
         if self.is_loose {
-            return self.draw_loose(level, geometry, film, (number, batch), opaque);
+            return self.draw_loose(level, geometry, film, (number, batch), alpha_test);
         }
         for at in 0.. {
             if at % 256 == 255 && (geometry.stop)() {
@@ -163,28 +163,28 @@ impl TileScratch {
                 if self.next.count == 0 && self.next.is_last {
                     break;
                 }
-                let nearest = film.nearest(self.next.nearest);
-                if self.seen.hides(nearest, batch.live) {
+                let most_inverse = film.most_inverse_beyond(self.next.least_z);
+                if self.seen.hides(most_inverse, batch.live) {
                     break;
                 }
                 let start = geometry.now();
                 self.set_up(level, geometry, film);
                 self.seconds += geometry.now() - start;
-                self.nearest.push(nearest);
+                self.most_inverse.push(most_inverse);
             }
-            if self.seen.hides(self.nearest[at], batch.live) {
+            if self.seen.hides(self.most_inverse[at], batch.live) {
                 break;
             }
             let spans = &self.spans[at * geometry.bins.cells() + batch.cell];
             let visits = Visits {
-                block: &self.blocks[at],
+                set_up: &self.set_ups[at],
                 spans,
                 points: None,
                 film,
-                size: self.part.block,
+                block_size: self.part.block_size,
                 surfaces: self.surfaces.each(),
             };
-            cover(level, batch, &visits, &mut self.seen, opaque);
+            cover(level, batch, &visits, &mut self.seen, alpha_test);
             count += LANES as u64;
         }
         count
@@ -197,7 +197,7 @@ impl TileScratch {
         geometry: &Geometry<'_>,
         film: &TileFilm,
         batch: (usize, &Batch),
-        opaque: &Opaque<'_>,
+        alpha_test: &AlphaTest<'_>,
     ) -> u64 {
         let (mut count, live) = (0, batch.1.live);
         for at in 0usize.. {
@@ -216,10 +216,10 @@ impl TileScratch {
             }
             self.listed.gather(at, batch.0, &self.seen);
             if self.listed.gathered() == LANES {
-                count += self.draw_gathered(level, geometry, film, batch.1, opaque);
+                count += self.draw_gathered(level, geometry, film, batch.1, alpha_test);
             }
         }
-        count + self.draw_gathered(level, geometry, film, batch.1, opaque)
+        count + self.draw_gathered(level, geometry, film, batch.1, alpha_test)
     }
 
     /// Sets up and draws what was gathered; tells how many triangles that was.
@@ -229,46 +229,43 @@ impl TileScratch {
         geometry: &Geometry<'_>,
         film: &TileFilm,
         batch: &Batch,
-        opaque: &Opaque<'_>,
+        alpha_test: &AlphaTest<'_>,
     ) -> u64 {
         let count = self.listed.gathered();
         if count == 0 {
             return 0;
         }
         let start = geometry.now();
-        let (block, spans, points) = self.listed.set_up(level, geometry, (film, &self.part, batch.cell));
+        let (set_up, spans, points) = self.listed.set_up(level, geometry, (film, &self.part, batch.cell));
         self.seconds += geometry.now() - start;
         let visits = Visits {
-            block,
+            set_up,
             spans,
             points: Some(points),
             film,
-            size: self.part.block,
+            block_size: self.part.block_size,
             surfaces: self.surfaces.each(),
         };
-        cover(level, batch, &visits, &mut self.seen, opaque);
+        cover(level, batch, &visits, &mut self.seen, alpha_test);
         count as u64
     }
 
     /// Sets up the triangles that wait.
     fn set_up(&mut self, level: Level, geometry: &Geometry<'_>, film: &TileFilm) {
-        if self.blocks.len() == self.ready {
-            self.blocks.push(Block::EMPTY);
+        if self.set_ups.len() == self.ready {
+            self.set_ups.push(SetUp::EMPTY);
         }
-        let block = &mut self.blocks[self.ready];
-        self.next.set_up(level, geometry, film, block);
+        let made = &mut self.set_ups[self.ready];
+        self.next.set_up(level, geometry, film, made);
         let (first, cells) = (self.spans.len(), geometry.bins.cells());
         self.spans.resize(first + cells, Spans::NONE);
-        let mut rest = block.live;
+        let mut rest = made.may_touch;
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize;
             rest &= rest - 1;
             let boxes = &self.next.boxes[lane * cells..(lane + 1) * cells];
             for (spans, &pixels) in self.spans[first..].iter_mut().zip(boxes) {
-                if let Some(blocks) = self.part.blocks(pixels) {
-                    spans.blocks[lane] = blocks;
-                    spans.some |= 1 << lane;
-                }
+                spans.set(lane, self.part.blocks(pixels));
             }
         }
         self.ready += 1;

@@ -4,7 +4,7 @@
 //! [min y0, max y1]`, or of the corners that the frustum leaves it.
 
 use super::batch::LensCell;
-use super::cull::{BLOCK, Seen};
+use super::cull::{Seen, VERTEX_CHUNK};
 use super::vertex_boxes::{Frustum, PixelBox, point_boxes};
 use super::view::View;
 use fearless_simd::Level;
@@ -38,7 +38,7 @@ impl<'a> Boxes<'a> {
         let blocks: Vec<&[DVec3]> = seen.blocks().map(|block| &positions[block]).collect();
         let mut vertices = vec![PixelBox::OUTSIDE; seen.vertices * cells.len()];
         vertices
-            .par_chunks_mut(BLOCK * cells.len())
+            .par_chunks_mut(VERTEX_CHUNK * cells.len())
             .zip(blocks)
             .with_min_len(CHUNK)
             .filter(|_| !stop())

@@ -20,7 +20,7 @@ const MOST_REGIONS: usize = TILE as usize / REGION;
 /// See the module.
 pub(crate) struct Visibility {
     /// `1/t`, 0 where nothing is seen. Row by row.
-    pub depth: Vec<[f32; LANES]>,
+    pub inverse_depth: Vec<[f32; LANES]>,
     /// The id of the surface that is seen, [`NOTHING`] where none is.
     pub id: Vec<[u32; LANES]>,
     /// The ids of the batches that were drawn before: see [`Visibility::keep`].
@@ -49,7 +49,7 @@ pub(crate) const EVERYWHERE: u64 = u64::MAX;
 impl Visibility {
     pub(crate) fn new() -> Self {
         Self {
-            depth: Vec::new(),
+            inverse_depth: Vec::new(),
             id: Vec::new(),
             kept: Default::default(),
             columns: 0,
@@ -68,22 +68,22 @@ impl Visibility {
     pub(crate) fn clear(&mut self, block_width: u32, block_height: u32, wanted: u64) {
         let columns = (TILE / block_width) as usize;
         let blocks = columns * (TILE / block_height) as usize;
-        let stays = wanted == self.wanted && columns == self.columns && blocks == self.depth.len();
+        let stays = wanted == self.wanted && columns == self.columns && blocks == self.inverse_depth.len();
         (self.columns, self.wanted, self.stale, self.is_changed) = (columns, wanted, 0, false);
         self.id.resize(blocks, [NOTHING; LANES]);
         self.floor = [0.0; LANES];
         if wanted == EVERYWHERE {
-            self.depth.resize(blocks, [0.0; LANES]);
+            self.inverse_depth.resize(blocks, [0.0; LANES]);
             // Byte by byte: that is a call of the system's, which knows the machine's widest stores.
-            bytemuck::cast_slice_mut::<_, u8>(&mut self.depth).fill(0);
+            bytemuck::cast_slice_mut::<_, u8>(&mut self.inverse_depth).fill(0);
             bytemuck::cast_slice_mut::<_, u8>(&mut self.id).fill(u8::MAX);
             self.floors = [[0.0; LANES]; MOST_REGIONS * MOST_REGIONS];
             self.lows = [0.0; MOST_REGIONS * MOST_REGIONS];
             return;
         }
         if !stays {
-            self.depth.clear();
-            self.depth.resize(blocks, [f32::INFINITY; LANES]);
+            self.inverse_depth.clear();
+            self.inverse_depth.resize(blocks, [f32::INFINITY; LANES]);
             self.floors = [[f32::INFINITY; LANES]; MOST_REGIONS * MOST_REGIONS];
             self.lows = [f32::INFINITY; MOST_REGIONS * MOST_REGIONS];
         }
@@ -96,7 +96,7 @@ impl Visibility {
             for first in (row..row + REGION).map(|y| y * columns + column) {
                 // Blocks larger than a pixel have fewer regions.
                 if column + REGION <= columns
-                    && let Some(depth) = self.depth.get_mut(first..first + REGION)
+                    && let Some(depth) = self.inverse_depth.get_mut(first..first + REGION)
                     && let Some(ids) = self.id.get_mut(first..first + REGION)
                 {
                     depth.fill([0.0; LANES]);
@@ -118,11 +118,11 @@ impl Visibility {
         self.is_changed = true;
     }
 
-    /// Whether what is nowhere nearer than `nearest` is hidden from a lane in the region, by what was known when that was last asked.
+    /// Whether what is nowhere nearer than `most_inverse` is hidden from a lane in the region, by what was known when that was last asked.
     #[inline(always)]
-    pub(crate) fn hides_in(&self, column: usize, row: usize, lane: usize, nearest: f32) -> bool {
+    pub(crate) fn hides_in(&self, column: usize, row: usize, lane: usize, most_inverse: f32) -> bool {
         let at = (row * MOST_REGIONS + column) % (MOST_REGIONS * MOST_REGIONS);
-        nearest <= self.floors[at][lane % LANES]
+        most_inverse <= self.floors[at][lane % LANES]
     }
 
     /// Lane by lane at most the depth anywhere in the region.
@@ -136,7 +136,7 @@ impl Visibility {
         let mut least = f32x16::splat(simd, f32::INFINITY);
         for y in row * REGION..(row + 1) * REGION {
             let first = y * self.columns + column * REGION;
-            if let Some(blocks) = self.depth.get(first..first + REGION) {
+            if let Some(blocks) = self.inverse_depth.get(first..first + REGION) {
                 for depth in blocks {
                     least = least.min(f32x16::load_array_ref(simd, depth));
                 }
@@ -147,20 +147,20 @@ impl Visibility {
         least
     }
 
-    /// Whether all lanes see something else before what comes no nearer than `nearest`, as a `1/t`, and touches no blocks but
+    /// Whether all lanes see something else before what comes no nearer than `most_inverse`, as a `1/t`, and touches no blocks but
     /// those in columns `x0..=x1` and rows `y0..=y1`.
     #[inline(always)]
-    pub(crate) fn hides_all<S: Simd>(&mut self, simd: S, blocks: [u8; 4], nearest: f32) -> bool {
+    pub(crate) fn hides_all<S: Simd>(&mut self, simd: S, blocks: [u8; 4], most_inverse: f32) -> bool {
         let [x0, x1, y0, y1] = blocks.map(|block| usize::from(block) / REGION);
         for row in y0..=y1 {
             for column in x0..=x1 {
                 let at = (row * MOST_REGIONS + column) % (MOST_REGIONS * MOST_REGIONS);
                 // What was drawn since it was last looked at may have raised it.
-                if self.lows[at] < nearest && self.stale >> at & 1 == 1 {
+                if self.lows[at] < most_inverse && self.stale >> at & 1 == 1 {
                     self.region_floor(simd, column, row);
                 }
                 // Mostly the first region says so, and NaN is not behind anything.
-                let is_hidden = self.lows[at] >= nearest;
+                let is_hidden = self.lows[at] >= most_inverse;
                 if !is_hidden {
                     return false;
                 }
@@ -192,20 +192,20 @@ impl Visibility {
         wants(self.wanted, blocks)
     }
 
-    /// Those of the `lanes` that do not see something at least as near as `nearest`, a `1/t`, everywhere in the tile.
-    pub(super) fn open(&self, nearest: f32, lanes: u16) -> u16 {
+    /// Those of the `lanes` that do not see something at least as near as `most_inverse`, a `1/t`, everywhere in the tile.
+    pub(super) fn open(&self, most_inverse: f32, lanes: u16) -> u16 {
         let (mut open, mut rest) = (lanes, lanes);
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % LANES;
             rest &= rest - 1;
-            open &= !(u16::from(self.floor[lane] >= nearest) << lane);
+            open &= !(u16::from(self.floor[lane] >= most_inverse) << lane);
         }
         open
     }
 
     /// Whether all of the `lanes` see something at least as near everywhere in the tile.
-    pub(crate) fn hides(&self, nearest: f32, lanes: u16) -> bool {
-        self.floor.iter().enumerate().all(|(lane, &floor)| lanes >> lane & 1 == 0 || floor >= nearest)
+    pub(crate) fn hides(&self, most_inverse: f32, lanes: u16) -> bool {
+        self.floor.iter().enumerate().all(|(lane, &floor)| lanes >> lane & 1 == 0 || floor >= most_inverse)
     }
 
     /// Makes the tile's floor again where anything was drawn since: after each sixteen triangles. (Without, the city's samples went
@@ -217,7 +217,7 @@ impl Visibility {
         }
         self.is_changed = false;
         let mut least = f32x16::splat(simd, f32::INFINITY);
-        for row in 0..self.depth.len() / self.columns / REGION {
+        for row in 0..self.inverse_depth.len() / self.columns / REGION {
             for column in 0..self.columns / REGION {
                 least = least.min(self.region_floor(simd, column, row));
             }

@@ -12,8 +12,8 @@ pub(crate) struct Visit {
     pub id: u32,
     /// The triangle of that surface that the tile met first.
     pub first: u32,
-    /// `1/t` of the near plane, as [`TileFilm::near`], where it may come nearer.
-    pub near: Option<[f32; 3]>,
+    /// `1/t` of the near plane, as [`TileFilm::near_inverse`], where it may come nearer.
+    pub near_inverse: Option<[f32; 3]>,
     /// Samples that meet it may pass through.
     pub cutout: bool,
 }
@@ -26,8 +26,8 @@ pub(crate) struct Hit {
     pub lanes: u16,
 }
 
-/// Leaves of hits those lanes that the surface of a visit does not let through.
-pub(crate) type Opaque<'a> = dyn Fn(&Visit, &mut [Hit]) + 'a;
+/// Leaves of hits those lanes that the surface of a visit does not let through, by its alpha or by chance.
+pub(crate) type AlphaTest<'a> = dyn Fn(&Visit, &mut [Hit]) + 'a;
 
 /// A triangle's functions for 16 lens points: each `c0`, its value at the sample of each lane if its block's corner were the tile's
 /// centre, and its change with `x` and `y` in pixels. Inside where `a`, `b` and `c` are not negative, of a quad `d` neither; `z` is
@@ -42,5 +42,5 @@ pub(super) struct Functions<S: Simd> {
     /// Lanes that are in use and do not see the triangle edge-on.
     pub live: mask32x16<S>,
     /// The size of a block in pixels.
-    pub step: (f32, f32),
+    pub block_size: (f32, f32),
 }

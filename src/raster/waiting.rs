@@ -9,7 +9,7 @@ use super::candidate::Candidate;
 use super::film::TileFilm;
 use super::geometry::Geometry;
 use super::lens_points::LensPoints;
-use super::setup::{Block, Corner, Corners};
+use super::setup::{Corner, Corners, SetUp};
 use super::sift::Sieve;
 use super::tile_lists::Cursor;
 use super::vertex_boxes::PixelBox;
@@ -31,7 +31,7 @@ pub(super) struct Waiting {
     /// For each the place of its surface among the tile's.
     pub ids: [u32; LANES],
     /// The depth that none of them is nearer than, nor any after them.
-    pub nearest: f32,
+    pub least_z: f32,
     /// Whether there are none after them.
     pub is_last: bool,
 }
@@ -112,22 +112,22 @@ impl Waiting {
     }
 
     /// Sets them up.
-    pub(super) fn set_up(&self, level: Level, geometry: &Geometry<'_>, film: &TileFilm, block: &mut Block) {
-        let (mut corners, mut depths): (Corners, _) = ([[[0.0; LANES]; 3]; 3], [0.0; LANES]);
-        block.imaged = self.corners(0, geometry.view, geometry.positions, &mut corners);
-        (block.near, block.cutout) = (0, 0);
+    pub(super) fn set_up(&self, level: Level, geometry: &Geometry<'_>, film: &TileFilm, made: &mut SetUp) {
+        let (mut corners, mut least_z): (Corners, _) = ([[[0.0; LANES]; 3]; 3], [0.0; LANES]);
+        made.imaged = self.corners(0, geometry.view, geometry.positions, &mut corners);
+        (made.near, made.cutout) = (0, 0);
         for (lane, candidate) in self.candidates.iter().take(self.count).enumerate() {
-            depths[lane] = candidate.nearest;
-            block.triangles[lane] = candidate.triangle;
-            let near = geometry.view.may_be_near(f64::from(candidate.nearest));
-            block.near |= u16::from(near) << lane;
-            block.cutout |= u16::from(candidate.is_cutout()) << lane;
+            least_z[lane] = candidate.least_z;
+            made.triangles[lane] = candidate.triangle;
+            let near = geometry.view.may_be_near(f64::from(candidate.least_z));
+            made.near |= u16::from(near) << lane;
+            made.cutout |= u16::from(candidate.is_cutout()) << lane;
         }
         let fourth;
-        (fourth, block.quads) = self.fourth(0, geometry.positions);
-        film.set_up(level, (&corners, fourth.as_ref()), &depths, block);
-        block.live &= (0xffff_u32 >> (LANES - self.count)) as u16;
-        block.ids = self.ids;
+        (fourth, made.quads) = self.fourth(0, geometry.positions);
+        film.set_up(level, (&corners, fourth.as_ref()), &least_z, made);
+        made.may_touch &= (0xffff_u32 >> (LANES - self.count)) as u16;
+        made.ids = self.ids;
     }
 
     /// Leaves those from `first` on out that no sample can meet.

@@ -6,45 +6,37 @@
 //! `shade::run`, `shade::single` or `shade::shadowed`. The callers are [`super::uniform`] and [`super::tile_round`].
 
 use super::border::{lanes_inside, regions_inside};
-use super::looks::Looks;
-use super::pattern::{Splits, pattern};
+use super::pattern::pattern;
 use super::picture::Picture;
 use super::resolve::Sum;
+use super::scratch::{Borrowed, Step, TileScratch, put_down, take_up};
 use super::stages::{Stages, Stopwatch};
 use crate::raster::batch::{Batch, Pattern, from_center};
 use crate::raster::film::TileFilm;
 use crate::raster::geometry::Geometry;
-use crate::raster::group::Groups;
 use crate::raster::part::Part;
 use crate::raster::visibility::REGION;
-use crate::raster::{self, BATCHES, LANES, TILE};
+use crate::raster::visit::{Hit, Visit};
+use crate::raster::{BATCHES, LANES, TILE};
 use crate::sampling;
-use crate::sampling::runs::Run;
-use crate::shade::{LaneSums, LookUps, Rays, Samples, SunSamples};
+use crate::shade::{LaneSums, Rays, Samples, SunSamples};
 use glam::Vec4;
-use std::cell::RefCell;
-use std::sync::Mutex;
 
-/// What one thread reuses from tile to tile.
-#[derive(Default)]
-pub(super) struct TileScratch {
-    raster: raster::tile::TileScratch,
-    groups: Groups,
-    looks: RefCell<Looks>,
-    look_ups: LookUps,
-    /// What stood before the sun last.
-    last: u32,
-    /// The sums with the step that is being drawn, as registers hold them; and those of samples that look by themselves.
-    sums: Vec<[Vec4; 2]>,
-    beside: Vec<[Vec4; 2]>,
-    /// Of long runs those of what was drawn before.
-    far: [Vec<[Vec4; 2]>; 2],
-}
-
-/// Of runs longer than this so many batches are summed by themselves and then added to the others: of 16,384 additions of one number rounding
-/// makes an error of 1e-4 of it, the same in both halves, so that nothing states it.
+/// Of runs longer than this [`BATCHES_APART`] batches are summed by themselves and then added to the others: of 16,384 additions of one
+/// number rounding makes an error of 1e-4 of it, the same in both halves, so that nothing states it.
 const LONG: u32 = 1024;
-const NEAR: usize = 16;
+const BATCHES_APART: usize = 16;
+
+/// What all of a tile's samples share.
+struct TileView<'a> {
+    tile: (u32, u32),
+    geometry: Geometry<'a>,
+    film: TileFilm,
+    rays: Rays,
+    /// Columns and rows of it that are in the picture, and the regions that have some.
+    size: [u32; 2],
+    inside: u64,
+}
 
 /// What came of one tile beside its sums.
 #[derive(Clone, Copy, Default)]
@@ -56,14 +48,6 @@ pub(super) struct Tally {
     /// Blocks that may have missed a light.
     pub unseen_light: u64,
     pub stages: Stages,
-}
-
-/// A run of samples, how it is sorted into batches, and the regions of the tile that take part (bit `8 row + column`).
-#[derive(Clone, Copy)]
-pub(super) struct Step {
-    pub run: Run,
-    pub splits: Splits,
-    pub wanted: u64,
 }
 
 /// What is to be drawn of a tile.
@@ -95,33 +79,10 @@ const REGION_SAMPLES: u64 = (LANES * REGION * REGION) as u64;
 /// the others: rounds that draw in a part of the picture took as long on two threads as on one.
 pub(super) const TILES_AT_ONCE: usize = 4;
 
-/// A scratch that goes back to its picture. (Rayon's `map_init` makes its value anew each time that it divides the work, and moves it
-/// from function to function: a scratch holds a number for each surface of the scene, and takes 19 KB itself.)
-pub(super) struct Borrowed<'a> {
-    /// Made when first asked for.
-    scratch: Option<Box<TileScratch>>,
-    idle: &'a Mutex<Vec<Box<TileScratch>>>,
-}
-
-impl Borrowed<'_> {
-    pub(super) fn get(&mut self) -> &mut TileScratch {
-        self.scratch.get_or_insert_default()
-    }
-}
-
-impl Drop for Borrowed<'_> {
-    fn drop(&mut self) {
-        if let (Some(scratch), Ok(mut idle)) = (self.scratch.take(), self.idle.lock()) {
-            idle.push(scratch);
-        }
-    }
-}
-
 impl Picture<'_> {
     /// What a thread needs to draw tiles.
     pub(super) fn scratch(&self) -> Borrowed<'_> {
-        let scratch = self.idle.lock().ok().and_then(|mut idle| idle.pop());
-        Borrowed { scratch, idle: &self.idle }
+        Borrowed::of(&self.idle)
     }
 
     /// Draws the samples of `steps` in one tile and adds them to `sums`, in the order of the batches; whatever these were
@@ -137,151 +98,192 @@ impl Picture<'_> {
         stop: &dyn Fn() -> bool,
     ) -> (Tally, usize) {
         let mut tally = Tally::default();
-        let TileScratch { raster, groups, looks, look_ups, last, sums: drawn, beside: drawn_beside, far } =
-            scratch;
-        let geometry = Geometry {
-            view: &self.view,
-            bins: &self.bins,
-            positions: self.positions,
-            surfaces: self.surface_count,
-            clock: watch.clock(),
-            stop: &|| self.stopped(),
-        };
-        let block = sampling::block(self.streams);
-        let film = TileFilm::new(&self.view, tile.0, tile.1);
-        let rays = Rays {
-            p: film.p.as_vec3(),
-            dx: film.dx.as_vec3(),
-            dy: film.dy.as_vec3(),
-            focal_length: self.view.focal_length as f32,
-            radius: self.view.radius as f32,
-        };
-        let size = self.size_of(tile);
-        let is_whole = size == [TILE; 2];
-        let inside = regions_inside(size, block);
+        let stopped = || self.stopped();
+        let view = self.tile_view(tile, watch.clock(), &stopped);
         let wanted = steps.iter().fold(0, |wanted, step| wanted | step.wanted);
-        let part = Part { tile, block, wanted: wanted & inside };
+        let part = Part { tile, block_size: sampling::block(self.streams), wanted: wanted & view.inside };
+        // Shadows weigh each sample by itself.
+        let together = if self.shared && self.shadows.is_none() { BATCHES } else { 1 };
         // What earlier steps drew is still there.
         let mut held = 0;
         for (done, step) in steps.iter().enumerate() {
-            take_up(step, held, sums, drawn);
+            take_up(step, held, sums, &mut scratch.sums);
             if let Some(beside) = &mut beside {
-                take_up(step, held, beside, drawn_beside);
+                take_up(step, held, beside, &mut scratch.beside);
             }
             held |= step.wanted;
             let is_long = step.run.count > LONG;
             if is_long {
-                for (drawn, far) in [&mut *drawn, &mut *drawn_beside].into_iter().zip(&mut *far) {
-                    far.clear();
-                    far.resize(drawn.len(), [Vec4::ZERO; 2]);
-                    move_on(drawn, far);
-                }
+                scratch.keep_far();
             }
-            let mut pattern =
-                pattern(&self.points, tile, self.streams, step.run, step.splits, &|| self.stopped());
-            if self.centred {
-                pattern.center();
-            }
-            if let Some(diffraction) = &self.diffraction {
-                pattern = diffraction.displace(&self.view, tile, &pattern);
-            }
+            let pattern = self.step_pattern(tile, step);
             // What is set up serves all steps, but not where it is what this step's lens points see.
-            if (done == 0 && !is_set_up) || raster.serves_one_pattern() {
-                raster.prepare(self.level, &geometry, &film, part.clone(), &pattern);
-                looks.get_mut().clear();
+            if (done == 0 && !is_set_up) || scratch.raster.serves_one_pattern() {
+                scratch.raster.prepare(self.level, &view.geometry, &view.film, part.clone(), &pattern);
+                scratch.looks.get_mut().clear();
             }
             watch.lap(&mut tally.stages.setup);
-            // Shadows weigh each sample by itself.
-            let together = if self.shared && self.shadows.is_none() { BATCHES } else { 1 };
             for (bundle, batches) in pattern.batches.chunks(together).enumerate() {
-                for (at, batch) in batches.iter().enumerate() {
-                    if stop() {
-                        return (tally, done);
-                    }
-                    let number = bundle * together + at;
-                    let wanted = step.wanted & inside;
-                    tally.samples += REGION_SAMPLES * u64::from(wanted.count_ones());
-                    tally.triangles +=
-                        raster.draw(self.level, wanted, &geometry, &film, (number, batch), &|visit, hits| {
-                            let mut looks = looks.borrow_mut();
-                            self.make_look(&film, visit.id, visit.first, &mut looks);
-                            let Some(look) = looks.get(visit.id) else { return };
-                            let corner = |block: u16| from_center(pattern.corner(u32::from(block)));
-                            let key = |block: u16, lane: usize| {
-                                self.pixel_key(tile, &pattern, batch, u32::from(block))(lane)
-                            };
-                            self.shader.meet(self.level, (look, visit.triangle), batch, hits, corner, key);
-                        });
-                    raster.keep(at);
-                    watch.lap(&mut tally.stages.coverage);
-                    let setup = std::mem::take(&mut raster.seconds);
-                    tally.stages.setup += setup;
-                    tally.stages.coverage -= setup;
+                let first = bundle * together;
+                let wanted = step.wanted & view.inside;
+                let bundle = (&pattern, first, batches);
+                if !self.cover(scratch, &view, bundle, wanted, (&mut tally, &mut watch), stop) {
+                    return (tally, done);
                 }
-                let batch = &batches[0];
-                if self.shared {
-                    raster.group(self.level, batches, groups);
-                } else {
-                    raster.singles(batch, groups);
+                let ways = (alone, beside.is_some());
+                self.shade(scratch, &view, (&pattern, batches), ways, (&mut tally, &mut watch));
+                if is_long && (first + together).is_multiple_of(BATCHES_APART) {
+                    scratch.move_far();
                 }
-                if !is_whole {
-                    groups.clip(|group| lanes_inside(size, &pattern, batches, group));
-                }
-                watch.lap(&mut tally.stages.group);
-                let samples = Samples {
-                    batches,
-                    means: &LaneSums::new(batches),
-                    rays: &rays,
-                    pattern: &pattern,
-                    single: !self.shared,
-                    alone,
-                    falloff: self.falloff.as_ref(),
-                };
-                let pixel = |block: u32, lane: usize| self.pixel_key(tile, &pattern, batch, block)(lane);
-                let sun = self.shadows.as_ref().map(|sun| {
-                    let soft = sun.is_soft().then(|| self.sun_squares(tile, &pattern, batch));
-                    SunSamples { batch, sun, square: soft.unwrap_or_default(), pixel: &pixel }
-                });
-                let looks = looks.get_mut();
-                self.make_looks(&film, raster.surfaces(), groups.runs().map(|run| run[0].id), looks);
-                let mut shade = |samples: &Samples<'_>, drawn: &mut [[Vec4; 2]]| {
-                    for run in groups.runs() {
-                        match (looks.get(run[0].id), &sun) {
-                            (Some(look), Some(sun)) => {
-                                self.shader.shade_shadowed(
-                                    self.level,
-                                    look,
-                                    (samples, sun),
-                                    run,
-                                    last,
-                                    drawn,
-                                );
-                            }
-                            (look, _) => self.shader.shade(self.level, look, samples, run, look_ups, drawn),
-                        }
-                    }
-                };
-                shade(&samples, drawn);
-                if beside.is_some() {
-                    shade(&Samples { alone: true, ..samples }, drawn_beside);
-                }
-                if is_long && (bundle + 1) * together % NEAR == 0 {
-                    move_on(drawn, &mut far[0]);
-                    move_on(drawn_beside, &mut far[1]);
-                }
-                tally.requests += groups.runs().map(|run| run.len() as u64).sum::<u64>();
                 watch.lap(&mut tally.stages.shading);
             }
             if is_long {
-                move_on(&mut far[0], drawn);
-                move_on(&mut far[1], drawn_beside);
+                scratch.join_far();
             }
-            put_down(step, sums, drawn);
+            put_down(step, sums, &mut scratch.sums);
             if let Some(beside) = &mut beside {
-                put_down(step, beside, drawn_beside);
+                put_down(step, beside, &mut scratch.beside);
             }
         }
         (tally, steps.len())
+    }
+
+    fn tile_view<'a>(
+        &'a self,
+        tile: (u32, u32),
+        clock: Option<&'a (dyn Fn() -> f64 + Sync)>,
+        stop: &'a dyn Fn() -> bool,
+    ) -> TileView<'a> {
+        let film = TileFilm::new(&self.view, tile.0, tile.1);
+        let size = self.size_of(tile);
+        TileView {
+            tile,
+            geometry: Geometry {
+                view: &self.view,
+                bins: &self.bins,
+                positions: self.positions,
+                surfaces: self.surface_count,
+                clock,
+                stop,
+            },
+            rays: Rays {
+                p: film.p.as_vec3(),
+                dx: film.dx.as_vec3(),
+                dy: film.dy.as_vec3(),
+                focal_length: self.view.focal_length as f32,
+                radius: self.view.radius as f32,
+            },
+            film,
+            size,
+            inside: regions_inside(size, sampling::block(self.streams)),
+        }
+    }
+
+    /// The samples of a step.
+    fn step_pattern(&self, tile: (u32, u32), step: &Step) -> Pattern {
+        let stop = || self.stopped();
+        let mut pattern = pattern(&self.points, tile, self.streams, step.run, step.splits, &stop);
+        if self.centred {
+            pattern.center();
+        }
+        match &self.diffraction {
+            Some(diffraction) => diffraction.displace(&self.view, tile, &pattern),
+            None => pattern,
+        }
+    }
+
+    /// What some batches of a pattern, the first of which has the number `first`, see in the `wanted` regions: kept in the rasterizer.
+    /// Tells whether it was done before `stop` said so.
+    fn cover(
+        &self,
+        scratch: &mut TileScratch,
+        view: &TileView<'_>,
+        (pattern, first, batches): (&Pattern, usize, &[Batch]),
+        wanted: u64,
+        (tally, watch): (&mut Tally, &mut Stopwatch<'_>),
+        stop: &dyn Fn() -> bool,
+    ) -> bool {
+        let TileScratch { raster, looks, .. } = scratch;
+        for (at, batch) in batches.iter().enumerate() {
+            if stop() {
+                return false;
+            }
+            tally.samples += REGION_SAMPLES * u64::from(wanted.count_ones());
+            let alpha_test = |visit: &Visit, hits: &mut [Hit]| {
+                let mut looks = looks.borrow_mut();
+                self.make_look(&view.film, visit.id, visit.first, &mut looks);
+                let Some(look) = looks.get(visit.id) else { return };
+                let corner = |block: u16| from_center(pattern.corner(u32::from(block)));
+                let key = |block: u16, lane: usize| {
+                    self.pixel_key(view.tile, pattern, batch, u32::from(block))(lane)
+                };
+                self.shader.alpha_test(self.level, (look, visit.triangle), batch, hits, corner, key);
+            };
+            let numbered = (first + at, batch);
+            tally.triangles +=
+                raster.draw(self.level, wanted, &view.geometry, &view.film, numbered, &alpha_test);
+            raster.keep(at);
+            watch.lap(&mut tally.stages.coverage);
+            let setup = std::mem::take(&mut raster.seconds);
+            tally.stages.setup += setup;
+            tally.stages.coverage -= setup;
+        }
+        true
+    }
+
+    /// Groups and shades what these batches see, and adds their light to the scratch's sums: of samples that share no look-up if they
+    /// are to be `alone`, or of both if the others are wanted besides.
+    fn shade(
+        &self,
+        scratch: &mut TileScratch,
+        view: &TileView<'_>,
+        (pattern, batches): (&Pattern, &[Batch]),
+        (alone, has_beside): (bool, bool),
+        (tally, watch): (&mut Tally, &mut Stopwatch<'_>),
+    ) {
+        let TileScratch { raster, groups, looks, look_ups, last_occluder, sums, beside, .. } = scratch;
+        let batch = &batches[0];
+        if self.shared {
+            raster.group(self.level, batches, groups);
+        } else {
+            raster.singles(batch, groups);
+        }
+        if view.size != [TILE; 2] {
+            groups.clip(|group| lanes_inside(view.size, pattern, batches, group));
+        }
+        watch.lap(&mut tally.stages.group);
+        let samples = Samples {
+            batches,
+            means: &LaneSums::new(batches),
+            rays: &view.rays,
+            pattern,
+            single: !self.shared,
+            alone,
+            falloff: self.falloff.as_ref(),
+        };
+        let pixel = |block: u32, lane: usize| self.pixel_key(view.tile, pattern, batch, block)(lane);
+        let sun = self.shadows.as_ref().map(|sun| {
+            let soft = sun.is_soft().then(|| self.sun_squares(view.tile, pattern, batch));
+            SunSamples { batch, sun, square: soft.unwrap_or_default(), pixel: &pixel }
+        });
+        let looks = looks.get_mut();
+        self.make_looks(&view.film, raster.surfaces(), groups.runs().map(|run| run[0].id), looks);
+        let mut shade = |samples: &Samples<'_>, sums: &mut [[Vec4; 2]]| {
+            for run in groups.runs() {
+                match (looks.get(run[0].id), &sun) {
+                    (Some(look), Some(sun)) => {
+                        let shown = (samples, sun);
+                        self.shader.shade_shadowed(self.level, look, shown, run, last_occluder, sums);
+                    }
+                    (look, _) => self.shader.shade(self.level, look, samples, run, look_ups, sums),
+                }
+            }
+        };
+        shade(&samples, sums);
+        if has_beside {
+            shade(&Samples { alone: true, ..samples }, beside);
+        }
+        tally.requests += groups.runs().map(|run| run.len() as u64).sum::<u64>();
     }
 
     /// What names the pixel of each lane at a block.
@@ -309,41 +311,5 @@ impl Picture<'_> {
             [squares[0][lane], squares[1][lane]] = square;
         }
         squares
-    }
-}
-
-/// Adds sums to others, and begins them again.
-fn move_on(from: &mut [[Vec4; 2]], to: &mut [[Vec4; 2]]) {
-    for (from, to) in from.iter_mut().zip(to) {
-        *to = [to[0] + from[0], to[1] + from[1]];
-        *from = [Vec4::ZERO; 2];
-    }
-}
-
-/// Makes `drawn` the sums that a step goes on from, except where earlier steps drew.
-fn take_up(step: &Step, held: u64, sums: &mut [Sum], drawn: &mut Vec<[Vec4; 2]>) {
-    drawn.resize(sums.len(), [Vec4::ZERO; 2]);
-    each_wanted(step.wanted & !held, sums, drawn, |sums, drawn| {
-        *drawn =
-            if step.run.first == 0 { [Vec4::ZERO; 2] } else { sums.map(|[r, g, b]| Vec4::new(r, g, b, 0.0)) };
-    });
-}
-
-/// Makes what a step drew the sums.
-fn put_down(step: &Step, sums: &mut [Sum], drawn: &mut [[Vec4; 2]]) {
-    each_wanted(step.wanted, sums, drawn, |sums, drawn| {
-        *sums = drawn.map(|half| half.truncate().to_array());
-    });
-}
-
-/// Does something with each pixel's sums in the regions of 4 x 4 pixels that are `wanted`: of pictures whose blocks are single pixels.
-fn each_wanted<A, B>(wanted: u64, sums: &mut [A], drawn: &mut [B], with: impl Fn(&mut A, &mut B)) {
-    let row = (TILE * REGION as u32) as usize;
-    for (y, (sums, drawn)) in sums.chunks_exact_mut(row).zip(drawn.chunks_exact_mut(row)).enumerate() {
-        let columns = wanted >> (8 * y) & 0xff;
-        let pixels = sums.chunks_exact_mut(REGION).zip(drawn.chunks_exact_mut(REGION)).enumerate();
-        for (_, (sums, drawn)) in pixels.filter(|(x, _)| columns >> (x % 8) & 1 == 1) {
-            sums.iter_mut().zip(drawn).for_each(|(sums, drawn)| with(sums, drawn));
-        }
     }
 }

@@ -102,7 +102,8 @@ fn all_one_by_one(
                 let x = (at as u32 % columns * block.0) as f32 - half;
                 let y = (at as u32 / columns * block.1) as f32 - half;
                 let z = z0 + zy * y + zx * x;
-                let near = (jx + x) * film.near[1] + (jy + y) * film.near[2] + film.near[0];
+                let near =
+                    (jx + x) * film.near_inverse[1] + (jy + y) * film.near_inverse[2] + film.near_inverse[0];
                 let is_inside = edges.iter().all(|[c, cx, cy]| c + cy * y + cx * x >= 0.0);
                 let (nearest, who, doubt) = &mut seen[lane];
                 if is_inside && z > 0.0 && z <= near && z >= *nearest {
@@ -144,7 +145,7 @@ fn compare(name: &str, scene: &Scene, samples: u32, tiles: &[(u32, u32)]) -> Res
                 let pattern = pattern(&picture.points, tile, samples, run, splits, &|| false);
                 let levels = SimdLevel::ALL.into_iter().zip(&mut scratches);
                 for (level, scratch) in levels.filter(|(level, _)| level.is_available()) {
-                    let part = Part { tile, block, wanted: EVERYWHERE };
+                    let part = Part { tile, block_size: block, wanted: EVERYWHERE };
                     scratch.prepare(level.level(), &geometry, &film, part, &pattern);
                     sifted += usize::from(scratch.serves_one_pattern());
                 }
@@ -166,7 +167,7 @@ fn compare(name: &str, scene: &Scene, samples: u32, tiles: &[(u32, u32)]) -> Res
                                 let (z, who, doubt) = &wanted[lane];
                                 let id = seen.id[at][lane];
                                 let triangle = surfaces.get(id as usize).copied().unwrap_or(NOTHING);
-                                let found = seen.depth[at][lane];
+                                let found = seen.inverse_depth[at][lane];
                                 let is_right = if scene.render.share_shading {
                                     // The plane is that of one half, and two quads may cross.
                                     let patch =

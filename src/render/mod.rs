@@ -45,6 +45,7 @@ mod progressive;
 mod progressive_tests;
 mod resolve;
 mod room;
+mod scratch;
 mod sharing;
 mod shown;
 mod spread;

@@ -6,10 +6,10 @@
 //! the files named evaluate theirs.
 
 use super::diffraction::{FilmDiffraction, ONE_PLACE};
-use super::draw::TileScratch;
 use super::frame::LensFrame;
 use super::highlights::Highlights;
 use super::pattern::{Points, Splits};
+use super::scratch::TileScratch;
 use super::sharing::Asked;
 use super::stages::{Stages, Stopwatch};
 use super::{cancelled, stopped};

@@ -7,12 +7,13 @@
 
 use super::allocate::{Block, Forecast};
 use super::covered::{Covered, First, first_samples};
-use super::draw::{TILES_AT_ONCE, TileScratch};
+use super::draw::TILES_AT_ONCE;
 use super::edges;
 use super::kept::{self, Blocks, Half, Kept, Odd};
 use super::picture::Picture;
 use super::resolve::{AREA, BLOCKS, Sum, block_place};
 use super::room::zeroed;
+use super::scratch::TileScratch;
 use super::stages::Stopwatch;
 use super::tile_round::{Drawn, TileRound};
 use super::{Counts, Execution, cancelled, stopped};

@@ -7,10 +7,11 @@
 //! by themselves. What is found goes by the scene and the number of samples alone.
 
 use super::Execution;
-use super::draw::{Step, Tally, TileSums, Work};
+use super::draw::{Tally, TileSums, Work};
 use super::pattern::Splits;
 use super::picture::{Picture, Sequence};
 use super::resolve::{AREA, Sum};
+use super::scratch::Step;
 use super::stages::{Stages, Stopwatch};
 use crate::raster::visibility::EVERYWHERE;
 use crate::sampling::runs::{FIRST_RUN, Run};

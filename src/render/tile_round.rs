@@ -7,12 +7,13 @@
 use super::Execution;
 use super::allocate::{Block, Forecast, TileBlocks, cost};
 use super::covered::is_covered;
-use super::draw::{Step, Tally, TileScratch, TileSums, Work};
+use super::draw::{Tally, TileSums, Work};
 use super::kept::{self, Blocks, Half, Odd};
 use super::pattern::Splits;
 use super::picture::Picture;
 use super::progressive::EdgesErr;
 use super::resolve::{BLOCKS, ByBlock, Sum};
+use super::scratch::{Step, TileScratch};
 use super::stages::Stopwatch;
 use crate::picture::BLOCK;
 use crate::sampling::runs::{FIRST_RUN, Run};

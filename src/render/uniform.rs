@@ -4,12 +4,13 @@
 //! `sqrt(sum of squared errors / (3 width height))`. Each tile goes through [`super::draw`], [`super::resolve`] and
 //! [`super::highlights`].
 
-use super::draw::{Borrowed, Step, TILES_AT_ONCE, TileSums, Work};
+use super::draw::{TILES_AT_ONCE, TileSums, Work};
 use super::highlights::Raised;
 use super::pattern::Splits;
 use super::picture::Picture;
 use super::resolve::{AREA, Sum, means_of};
 use super::room::zeroed;
+use super::scratch::{Borrowed, Step};
 use super::stages::Stopwatch;
 use super::{Counts, Execution, cancelled, done};
 use crate::error::Result;

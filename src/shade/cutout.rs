@@ -23,7 +23,7 @@ use glam::Vec2;
 impl Shader<'_> {
     /// Leaves of `hits`, samples of a batch that meet the surface of `look`, triangle number `triangle`, those lanes that it does not
     /// let through. `corner` gives the place of a block's corner from the tile's centre, `key` names the pixel of a lane there.
-    pub(crate) fn meet(
+    pub(crate) fn alpha_test(
         &self,
         level: Level,
         (look, triangle): (&Look, u32),
@@ -36,7 +36,7 @@ impl Shader<'_> {
         if let Some(texture) = &look.texture {
             for (map, mapping) in material.holed_maps() {
                 let own = look.opacity.as_deref().filter(|_| mapping != Mapping::IDENTITY);
-                at_level!(level, simd => solid(simd, map, own.unwrap_or(texture), batch, hits, &corner));
+                at_level!(level, simd => keep_opaque(simd, map, own.unwrap_or(texture), batch, hits, &corner));
             }
         }
         if material.coverage < 1.0 {
@@ -57,7 +57,7 @@ impl Shader<'_> {
 
 /// Leaves the lanes that look at no hole of a texture.
 #[inline(always)]
-fn solid<S: Simd>(
+fn keep_opaque<S: Simd>(
     simd: S,
     map: &Texture,
     placed: &Placed,
