@@ -118,10 +118,12 @@ impl<'a> Study<'a> {
             .iter()
             .map(|step| if self.find(&step.way, &step.setting.name()).is_some() { 0.0 } else { work(step) })
             .collect();
+        let allowed = if self.table.quick { QUICK_SECONDS } else { f64::INFINITY };
         let tell = |what: &str, rate: f64, left: f64| {
+            let done = begun.elapsed().as_secs_f64();
+            let left = (left * rate).min((allowed - done).max(0.0));
             // In milliseconds, so that the time left is as long as it says.
-            let (done, left) = (1e3 * begun.elapsed().as_secs_f64(), 1e3 * left * rate);
-            progress.tell(what, done as u64, (done + left) as u64);
+            progress.tell(what, (1e3 * done) as u64, (1e3 * (done + left)) as u64);
         };
         let mut rate = None;
         let truth = match self.truth.take() {
