@@ -19,6 +19,10 @@
 //! let optics = Optics::new(&camera)?;
 //! let hinge = optics.hinge_distance().expect("the lens is tilted");
 //! assert!((hinge - 0.150 / 6.0_f64.to_radians().sin()).abs() < 1e-12); // J = f / sin(tilt)
+//!
+//! let depth = optics.depth_of_field(0.1e-3).expect("it is no pinhole"); // 0.1 mm on the film
+//! let [near, far] = [depth.near, depth.far].map(|limit| optics.axis_crossing(limit));
+//! assert!(near.expect("a finite limit") > 0.0 && far.is_some()); // metres; behind the lens beyond infinity
 //! # Ok::<(), groundglass::Error>(())
 //! ```
 //!
@@ -59,6 +63,9 @@
 //! assert_eq!(rows.len(), 32 * 40 * 3);
 //! # Ok::<(), groundglass::Error>(())
 //! ```
+//!
+//! A preview is a picture of few samples, drawn anew with more: one of 16 takes some hundredths of a second. What is cancelled leaves
+//! nothing ([`Execution::cancel`]), and [`Execution::progress`] tells of tiles, not of pixels.
 //!
 //! Files come through a [`Source`]: the disk ([`Files`](scene::Files), which can be fenced into a folder) or
 //! memory ([`Memory`](scene::Memory)).

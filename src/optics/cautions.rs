@@ -11,8 +11,8 @@ const PARALLEL: f64 = 1e-9;
 const INFINITE: f64 = 1e12;
 
 impl Optics {
-    /// Where a plane of lens space crosses the lens axis: metres before the lens centre, negative behind it; none where it is
-    /// parallel to the axis or lies at infinity, but for rounding.
+    /// Where a plane of lens space crosses the lens axis: metres before the lens centre, negative behind it (as a far limit of depth of field
+    /// that lies beyond infinity); none where it is parallel to the axis or lies at infinity, but for rounding.
     pub fn axis_crossing(&self, plane: Plane) -> Option<f64> {
         let (along, size) = (plane.m.dot(self.axis()), plane.m.length());
         let is_parallel = along.abs() <= PARALLEL * size;

@@ -243,8 +243,9 @@ impl Optics {
         (sine > 0.0 && distance.is_finite()).then_some(distance)
     }
 
-    /// Near and far planes for a circle of confusion of diameter `c` (metres, on the film), both the plane of sharp focus for 0; `None`
-    /// for a pinhole, and where `c` is negative or not finite.
+    /// Near and far planes, in lens space, for a circle of confusion of diameter `c` (metres, on the film), both the plane of sharp focus for
+    /// 0; `None` for a pinhole, and where `c` is negative or not finite. How far they are from the lens, in metres along its axis, tells
+    /// [`Optics::axis_crossing`]: a far limit beyond infinity crosses it behind the lens.
     ///
     /// They are conjugate to the film-parallel planes at `d / (1 -+ c/A)`, with `d` the distance of the film's plane from the lens centre
     /// and `A` the aperture's diameter, and exact for the image of that diameter of the aperture which is parallel to the film.

@@ -64,7 +64,7 @@ pub struct PictureSettings {
     pub falloff: bool,
     /// Whether light bends at the aperture.
     pub diffraction: bool,
-    /// Chooses the samples.
+    /// Chooses the samples. (A scene file holds no more than 2^63 - 1.)
     pub seed: u64,
     /// Which effects are wanted beside what the scene's keys say.
     pub effects: EffectChoice,
