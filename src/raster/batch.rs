@@ -13,8 +13,8 @@ pub(crate) struct LensCell {
     pub u: f64,
     pub v: f64,
     pub radius: f64,
-    /// How far its samples may lie outside of their pixels, as [`View::spread`].
-    pub spread: [f64; 2],
+    /// How far its samples may lie outside of their pixels, as [`View::displacement`].
+    pub displacement: [f64; 2],
 }
 
 /// Sixteen samples that are tested together, at every block of a tile.

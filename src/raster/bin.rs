@@ -1,6 +1,6 @@
 //! Binning: the triangles that may be seen, nearest first, and which of them may touch which tile.
 //!
-//! In: vertices in the lens frame and triangles, from `render::picture`. Out: the candidates, those that touch the picture
+//! In: vertices in the lens frame and triangles, from `render::prepared`. Out: the candidates, those that touch the picture
 //! ([`super::found`]), in order, and for each tile its own ([`super::tile_lists`]), sixteen at a time, for [`super::waiting`].
 //!
 //! Where most of what tiles would list is loose ([`super::bunches`]), all is binned once more without quads.

@@ -1,6 +1,6 @@
 //! Culling: which clusters of triangles no sample of the picture can meet.
 //!
-//! In: the boxes of clusters in the lens frame, from `render::picture`. Out: the ranges of triangles that may be seen, and which blocks
+//! In: the boxes of clusters in the lens frame, from `render::prepared`. Out: the ranges of triangles that may be seen, and which blocks
 //! of vertices these have, for [`super::bin`] and [`super::triangle_boxes`].
 //!
 //! From the lens point `s` a point `X` is seen left of the pixel `-m` where `(x + m) w < 0` (see [`super::view`]); that is linear in
@@ -96,7 +96,7 @@ struct Sides {
 impl Sides {
     fn new(view: &View) -> Self {
         let rows = |row: usize, size: u32| {
-            let beyond = MARGIN + view.spread[row];
+            let beyond = MARGIN + view.displacement[row];
             let [low, high] = [beyond, f64::from(size) + beyond];
             let of = |weight: f64, sign: f64| {
                 view.pixel_from_lens.map(|family| family[2] * weight + family[row] * sign)

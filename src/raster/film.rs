@@ -78,7 +78,7 @@ impl TileFilm {
     pub(crate) fn new(view: &View, tile_x: u32, tile_y: u32) -> Self {
         let middle = 0.5 * f64::from(TILE);
         let center = [tile_x, tile_y].map(|tile| f64::from(tile * TILE) + middle);
-        let half = view.spread.map(|spread| middle + spread);
+        let half = view.displacement.map(|displacement| middle + displacement);
         let p = view.film + view.film_dx * center[0] + view.film_dy * center[1];
         let (dx, dy) = (view.film_dx, view.film_dy);
         let f = view.focal_length;

@@ -39,7 +39,7 @@ impl Image {
             + image.place.abs().max_element()
             + x.length()
             + y.length();
-        image.reach += DVec2::from(view.spread) + 2e-3 + 4e-6 * most;
+        image.reach += DVec2::from(view.displacement) + 2e-3 + 4e-6 * most;
         (4.0 * image.reach.max_element() <= image.way()).then_some(image)
     }
 

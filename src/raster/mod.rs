@@ -1,7 +1,7 @@
 //! The rasterizer: triangles and one family of projections in, visibility out. It knows nothing of
 //! scenes or light.
 //!
-//! Before it come `render::frame` and `render::picture` (camera and vertices in the lens frame) and `render::pattern` (samples); after
+//! Before it come `render::frame` and `render::prepared` (camera and vertices in the lens frame) and `render::pattern` (samples); after
 //! it `shade`, to which `render::draw` hands what each tile sees.
 //!
 //! Stages, in the order data meets them:

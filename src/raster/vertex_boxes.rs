@@ -152,8 +152,10 @@ fn boxes<S: Simd>(
             let center = w[0] + w[1] * cell.u + w[2] * cell.v;
             let least = center - (w[1] * w[1] + w[2] * w[2]).sqrt() * cell.radius;
             let positive = least.simd_gt(zero);
-            let [x0, x1] = range(simd, &x, &w, center, least, positive, (cell, cell.spread[0]), view.width);
-            let [y0, y1] = range(simd, &y, &w, center, least, positive, (cell, cell.spread[1]), view.height);
+            let [x0, x1] =
+                range(simd, &x, &w, center, least, positive, (cell, cell.displacement[0]), view.width);
+            let [y0, y1] =
+                range(simd, &y, &w, center, least, positive, (cell, cell.displacement[1]), view.height);
             for (i, out) in out.chunks_exact_mut(cells.len()).enumerate().take(POINTS) {
                 out[number] = if inside >> i & 1 == 1 {
                     PixelBox { x0: x0[i] as i16, x1: x1[i] as i16, y0: y0[i] as i16, y1: y1[i] as i16 }
@@ -173,7 +175,7 @@ pub(super) fn affine<S: Simd>(h: &DVec4, at: &[f64x8<S>; 3]) -> f64x8<S> {
 
 /// First and last pixel along one axis, of `size`, where `image` (homogeneous, with weight `w`) can lie: everywhere
 /// unless `w` is `positive` in the whole cell; `center` and `least` are its values in the middle and at least. Samples lie up
-/// to `spread` pixels outside of their own.
+/// to `displacement` pixels outside of their own.
 #[expect(clippy::too_many_arguments, reason = "numbers of one formula")]
 #[inline(always)]
 fn range<S: Simd>(
@@ -183,7 +185,7 @@ fn range<S: Simd>(
     center: f64x8<S>,
     least: f64x8<S>,
     positive: mask64x8<S>,
-    (cell, spread): (&LensCell, f64),
+    (cell, displacement): (&LensCell, f64),
     size: u32,
 ) -> [[f64; POINTS]; 2] {
     let middle = (image[0] + image[1] * cell.u + image[2] * cell.v) / center;
@@ -191,7 +193,7 @@ fn range<S: Simd>(
     let (gu, gv) = (image[1] - middle * w[1], image[2] - middle * w[2]);
     let reach = (gu * gu + gv * gv).sqrt() * cell.radius / least;
     // A margin against rounding of these numbers and of the single-precision edge functions.
-    let reach = reach + (reach + middle.abs()) * 1e-6 + (2e-3 + spread);
+    let reach = reach + (reach + middle.abs()) * 1e-6 + (2e-3 + displacement);
     let (first, last) = (f64x8::splat(simd, -1.0), f64x8::splat(simd, f64::from(size)));
     let (low, high) = ((middle - reach).floor(), (middle + reach).floor());
     let known = positive & low.simd_le(high);

@@ -29,7 +29,7 @@ pub(crate) struct View {
     /// The smallest `w` that a point at `near` on any ray of the picture can have, over all lens points.
     pub least_w: f64,
     /// How far a sample may lie outside of its pixel, right or left and down or up, pixels: 0 without diffraction.
-    pub spread: [f64; 2],
+    pub displacement: [f64; 2],
 }
 
 /// A triangle with a corner within so many times the near distance is asked for it at each sample.
@@ -49,21 +49,22 @@ impl View {
         z > self.near * QUADS_FROM
     }
 
-    /// The least and the largest distance from the plane of the lens, metres, of film points at most `spread` pixels outside
+    /// The least and the largest distance from the plane of the lens, metres, of film points at most `displacement` pixels outside
     /// of the picture.
-    fn depths(&self, spread: [f64; 2]) -> [f64; 2] {
+    fn depths(&self, displacement: [f64; 2]) -> [f64; 2] {
         let (width, height) = (0.5 * f64::from(self.width), 0.5 * f64::from(self.height));
         let center = self.film.z + self.film_dx.z * width + self.film_dy.z * height;
-        let reach = self.film_dx.z.abs() * (width + spread[0]) + self.film_dy.z.abs() * (height + spread[1]);
+        let reach = self.film_dx.z.abs() * (width + displacement[0])
+            + self.film_dy.z.abs() * (height + displacement[1]);
         [-center - reach, -center + reach]
     }
 
-    /// The same with samples that lie up to `spread` pixels outside of their own; `None` where the film would reach the
+    /// The same with samples that lie up to `displacement` pixels outside of their own; `None` where the film would reach the
     /// plane of the lens there.
-    pub(crate) fn widened(&self, spread: [f64; 2]) -> Option<Self> {
-        let ([_, before], [nearest, deepest]) = (self.depths([0.0; 2]), self.depths(spread));
+    pub(crate) fn widened(&self, displacement: [f64; 2]) -> Option<Self> {
+        let ([_, before], [nearest, deepest]) = (self.depths([0.0; 2]), self.depths(displacement));
         let least_w = self.least_w * (before / deepest);
-        (nearest > 0.0 && least_w > 0.0).then(|| Self { spread, least_w, ..self.clone() })
+        (nearest > 0.0 && least_w > 0.0).then(|| Self { displacement, least_w, ..self.clone() })
     }
 }
 
@@ -95,6 +96,6 @@ pub(crate) fn test_view_through(radius: f64) -> View {
         near: 0.3,
         pixel_from_lens: [0, 1, 2].map(|part| [0, 1, 2].map(|row: usize| rows[row][part])),
         least_w: 0.3,
-        spread: [0.0; 2],
+        displacement: [0.0; 2],
     }
 }

@@ -82,7 +82,7 @@ impl Waiting {
     /// The corners of those from `first` on; tells which of them have an image for every lens point.
     pub(super) fn corners(&self, first: usize, view: &View, positions: &[DVec3], out: &mut Corners) -> u16 {
         // Farther from the tile's centre single precision does not place a corner as well as `scatter` assumes.
-        let is_narrow = view.spread.iter().all(|&spread| spread < 2000.0);
+        let is_narrow = view.displacement.iter().all(|&displacement| displacement < 2000.0);
         let mut imaged = 0;
         for (lane, candidate) in self.candidates.iter().enumerate().take(self.count).skip(first) {
             for (corner, &vertex) in out.iter_mut().zip(&candidate.vertices) {

@@ -1,7 +1,7 @@
 //! Samples where they help most: rounds of all tiles, each of which gives blocks of pixels the runs of samples that take
 //! most from the picture's error, until an error is reached or time is up.
 //!
-//! In: a [`Picture`], and an error, a time, or numbers of samples. Out: the exposure ([`super::finish`]). First [`super::pilot`]
+//! In: a [`Prepared`], and an error, a time, or numbers of samples. Out: the exposure ([`super::finish`]). First [`super::pilot`]
 //! and [`super::base`], then rounds of [`super::allocate`] and [`super::progressive`] until
 //! `e (1 + u) <= 3 width height error^2`, where `e` is the sum of squared errors and `u` the part of it that is uncertain; or
 //! until the clock says so.
@@ -11,8 +11,8 @@
 use super::allocate::{Block, Forecast, Goal, TileBlocks, USUAL_FALL, allocate, fall};
 use super::base::{LATER, base, first_work};
 use super::few::Few;
-use super::picture::Picture;
 use super::pilot::{self, Pilot, Seen};
+use super::prepared::Prepared;
 use super::progressive::Progressive;
 use super::{Counts, Execution};
 use crate::error::{Error, Result};
@@ -62,7 +62,7 @@ pub(super) enum Timed {
 /// The pilot shows by so many samples how the error falls, however many are needed.
 const MOST_FOR_PILOT: u32 = 64;
 
-impl<'a> Picture<'a> {
+impl<'a> Prepared<'a> {
     /// Draws until the error is reached.
     pub(super) fn until_error(
         &'a self,

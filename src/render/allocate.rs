@@ -60,7 +60,7 @@ impl Block {
 /// The number of samples that each block, row by row in `columns`, is to have; `most` at most.
 pub(super) fn allocate(blocks: &[Block], columns: usize, goal: Goal, fall: f64, most: u32) -> Vec<u32> {
     let levels = Levels::new(most, fall);
-    spread(blocks, smoothed(blocks, columns, &levels), goal, &levels, MOST_GROWTH)
+    give_out(blocks, smoothed(blocks, columns, &levels), goal, &levels, MOST_GROWTH)
 }
 
 /// What blocks are to have, by what was found in some tiles of the picture; the sky keeps what it has, for to begin it again with more takes
@@ -119,7 +119,7 @@ fn held(blocks: &[Block], mut keys: Vec<Key>) -> Vec<Key> {
 }
 
 /// As [`allocate`], by these `errors` of the blocks.
-pub(super) fn spread(
+pub(super) fn give_out(
     blocks: &[Block],
     errors: Vec<f64>,
     goal: Goal,

@@ -4,7 +4,7 @@
 //! For an error it is the one with the least `work + 1.5 (work of the samples that allocate adds) + 3 (work of a round)` of those
 //! that need at most 1.25 times the fewest samples; for a time, the one with the least error by what [`super::allocate`] adds.
 
-use super::allocate::{Block, Goal, Levels, spread};
+use super::allocate::{Block, Goal, Levels, give_out};
 use super::pilot::Seen;
 use crate::sampling::runs::{self, Run};
 
@@ -55,7 +55,7 @@ pub(super) fn base(seen: &Seen, goal: Goal, fall: f64, most: u32, entries_per_pi
         // Samples, work and error of what comes after.
         let more = |goal: Goal| {
             let errors = errors.iter().map(|error| error * falls).collect();
-            let wanted = spread(&all, errors, goal, &levels, u32::MAX);
+            let wanted = give_out(&all, errors, goal, &levels, u32::MAX);
             all.iter().zip(wanted).fold([0.0; 3], |[samples, work, error], (block, wanted)| {
                 let more = wanted - base;
                 let falls = libm::pow(f64::from(base) / f64::from(wanted), fall);

@@ -7,7 +7,7 @@
 //! is weighed over the lens, or the sky changes over it, the sky errs as all else does ([`super::weights`]), and counts as covered.
 
 use super::kept::Blocks;
-use super::picture::Picture;
+use super::prepared::Prepared;
 use super::resolve::{BLOCKS, ByBlock};
 use crate::picture::BLOCK;
 use crate::sampling::runs::FIRST_RUN;
@@ -22,7 +22,7 @@ pub(super) struct Covered {
 }
 
 impl Covered {
-    pub(super) fn new(picture: &Picture<'_>) -> Self {
+    pub(super) fn new(picture: &Prepared<'_>) -> Self {
         let all = picture.has_weights() || picture.has_sky_over_lens();
         let of_tile = |tile| {
             let place = picture.place(tile);

@@ -97,7 +97,7 @@ impl FilmDiffraction {
         let classes = self.classes();
         lens.iter()
             .flat_map(|cell| {
-                classes.map(|part| LensCell { spread: self.reach.map(|reach| part * reach), ..*cell })
+                classes.map(|part| LensCell { displacement: self.reach.map(|reach| part * reach), ..*cell })
             })
             .collect()
     }

@@ -7,7 +7,7 @@
 
 use super::border::{lanes_inside, regions_inside};
 use super::pattern::pattern;
-use super::picture::Picture;
+use super::prepared::Prepared;
 use super::resolve::Sum;
 use super::scratch::{Borrowed, Step, TileScratch, put_down, take_up};
 use super::stages::{Stages, Stopwatch};
@@ -79,7 +79,7 @@ const REGION_SAMPLES: u64 = (LANES * REGION * REGION) as u64;
 /// the others: rounds that draw in a part of the picture took as long on two threads as on one.
 pub(super) const TILES_AT_ONCE: usize = 4;
 
-impl Picture<'_> {
+impl Prepared<'_> {
     /// What a thread needs to draw tiles.
     pub(super) fn scratch(&self) -> Borrowed<'_> {
         Borrowed::of(&self.idle)

@@ -16,7 +16,7 @@
 
 use super::covered::{is_covered, moved_to_covered};
 use super::kept::Blocks;
-use super::picture::Picture;
+use super::prepared::Prepared;
 use super::resolve::{ByBlock, Sum};
 use super::shown::Shown;
 use super::weights::missed_by_weights;
@@ -73,7 +73,7 @@ pub(super) fn found_and_hidden(blocks: impl IntoIterator<Item = (f64, f64)>) -> 
     blocks.into_iter().fold([0.0; 2], add)
 }
 
-impl Picture<'_> {
+impl Prepared<'_> {
     /// The squared contrasts of the edges in the blocks with `samples` (of all, and of those that count): what these may hide is
     /// as much times [`Self::missed`].
     pub(super) fn contrasts(

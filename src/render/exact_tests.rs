@@ -3,7 +3,7 @@
 //! for the oracle in double precision, `tests/oracle.rs`.)
 
 use super::pattern::{Splits, pattern};
-use super::picture::{Picture, Sequence};
+use super::prepared::{Prepared, Sequence};
 use super::{Execution, draw};
 use crate::error::Result;
 use crate::random::Random;
@@ -77,7 +77,7 @@ fn at_lens(e: [f32; 9], [u, v, jx, jy]: [f32; 4], factor: f32) -> [f32; 3] {
 /// What a batch sees, block by block: the largest `1/t` of all triangles, those that have it, and what single precision may
 /// leave wrong of it.
 fn all_one_by_one(
-    picture: &Picture<'_>,
+    picture: &Prepared<'_>,
     film: &TileFilm,
     batch: &Batch,
     block: (u32, u32),

@@ -70,7 +70,7 @@ impl Progressive<'_> {
             let unseen = picture.raise_unseen(place, sums, &samples, &mut stated);
             if let Some(map) = map {
                 picture.resolve(place, sums, &samples, Some(map));
-                picture.spread_all(place, (found, &stated), map);
+                picture.raise_errors(place, (found, &stated), map);
             }
             (stated.iter().sum(), u64::from(unseen.blocks.count_ones()))
         };

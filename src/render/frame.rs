@@ -1,7 +1,7 @@
 //! From optics to the rasterizer's numbers: the lens frame, the view and the falloff of light.
 //!
 //! In: [`Optics`], and the picture's size. Out: the [`View`] (`raster::view`), and points and directions of the world in the lens
-//! frame, for [`super::picture`]: `(ex.P, ey.P, axis.P)`, with `P` from the lens's centre, along the rail's axes. The projection
+//! frame, for [`super::prepared`]: `(ex.P, ey.P, axis.P)`, with `P` from the lens's centre, along the rail's axes. The projection
 //! through a lens point, affine in it, goes from -1..1 to pixels: `((x + w) width / 2, (w - y) height / 2, w)`.
 
 use crate::optics::Optics;
@@ -79,7 +79,7 @@ impl<'a> LensFrame<'a> {
             pixel_from_lens: [c0, less(family(1.0, 0.0)), less(family(0.0, 1.0))],
             // Along a ray, w = t (-(n.s + e)) and z = t (-p.z).
             least_w: near * (-optics.film_plane().e - radius * slope) / deepest,
-            spread: [0.0; 2],
+            displacement: [0.0; 2],
         }
     }
 }

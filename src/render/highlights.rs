@@ -12,7 +12,7 @@
 use super::clipped::{self, expected_error, missed_rim};
 use super::diffraction::Disk;
 use super::lamps::{self, ENOUGH, Lamp};
-use super::picture::Picture;
+use super::prepared::Prepared;
 use super::resolve::{ByBlock, Sum, block_place, places};
 use crate::picture::BLOCK;
 use crate::raster::view::View;
@@ -186,7 +186,7 @@ impl Raised {
     }
 }
 
-impl Picture<'_> {
+impl Prepared<'_> {
     /// Whether geometry tells what a block errs by, and not what its samples saw.
     pub(super) fn is_unseen(&self, tile: (u32, u32), block: usize, n: u32) -> bool {
         let (x, y) = block_place(tile, block);

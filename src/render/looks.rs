@@ -4,7 +4,7 @@
 //! for each. The formula is that of `shade::look`; here are found the triangle that stands for the surface, and its edge
 //! functions (`raster::film`).
 
-use super::picture::{Picture, patch};
+use super::prepared::{Prepared, patch};
 use crate::raster::film::TileFilm;
 use crate::shade::{Look, LookParts};
 
@@ -44,7 +44,7 @@ impl Looks {
 /// So many looks are made together.
 const TOGETHER: usize = 16;
 
-impl Picture<'_> {
+impl Prepared<'_> {
     /// Makes the looks of those surfaces `ids` that have none. `triangles` has one triangle of each surface of the tile.
     ///
     /// What they are made of lies anywhere in memory: asked for some at a time, with nothing to work out in between, memory

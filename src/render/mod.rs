@@ -38,8 +38,8 @@ mod lamps;
 mod lit;
 mod looks;
 mod pattern;
-mod picture;
 mod pilot;
+mod prepared;
 mod progressive;
 #[cfg(test)]
 mod progressive_tests;
@@ -58,7 +58,7 @@ pub use adaptive::MOST_FOR_ERROR;
 pub use stages::Stages;
 
 use adaptive::Timed;
-use picture::{Picture, Sequence};
+use prepared::{Prepared, Sequence};
 use room::Room;
 use stages::Stopwatch;
 
@@ -195,7 +195,7 @@ fn draw<T: Send>(
     scene: &Scene,
     sequence: Sequence,
     execution: &Execution<'_>,
-    make: impl FnOnce(&Picture<'_>, Counts) -> Result<T> + Send,
+    make: impl FnOnce(&Prepared<'_>, Counts) -> Result<T> + Send,
 ) -> Result<T> {
     let materials = materials(scene);
     let optics = &scene.optics;
@@ -216,11 +216,11 @@ fn draw<T: Send>(
         let room = Room::new(scene, sequence, execution)?;
         let mut counts = Counts::default();
         let watch = Stopwatch::start(execution.clock);
-        let positions = picture::positions(scene);
+        let positions = prepared::positions(scene);
         let cancel = execution.cancel;
         let (level, stages) = (simd.level(), &mut counts.stages);
         let shown = (scene, &materials[..]);
-        let mut picture = Picture::new(shown, &positions, sequence, level, cancel, watch, stages)?;
+        let mut picture = Prepared::new(shown, &positions, sequence, level, cancel, watch, stages)?;
         if picture.stopped() {
             return Err(stopped());
         }
@@ -260,7 +260,7 @@ fn too_large() -> Error {
 
 /// The finished exposure, and the last counts.
 fn done(
-    picture: &Picture<'_>,
+    picture: &Prepared<'_>,
     (pixels, errors): (Vec<[f32; 3]>, Vec<f32>),
     rms: Option<f64>,
     samples: Allocation,

@@ -95,7 +95,7 @@ impl Splits {
         let (across, down) = (1u32 << a, 1u32 << b);
         if a + b == 0 || radius == 0.0 {
             return vec![
-                LensCell { u: 0.0, v: 0.0, radius: 1.0, spread: [0.0; 2] };
+                LensCell { u: 0.0, v: 0.0, radius: 1.0, displacement: [0.0; 2] };
                 (across * down) as usize
             ];
         }
@@ -134,7 +134,7 @@ impl Splits {
                 };
                 let (u, v) = (range(|p| p.0), range(|p| p.1));
                 let reach = border.iter().map(|&(bu, bv)| libm::hypot(bu - u, bv - v)).fold(0.0, f64::max);
-                LensCell { u, v, radius: (reach + between) * 1.001 + 1e-4, spread: [0.0; 2] }
+                LensCell { u, v, radius: (reach + between) * 1.001 + 1e-4, displacement: [0.0; 2] }
             })
             .collect()
     }

@@ -1,6 +1,6 @@
-//! What all tiles of a picture share: geometry in the lens frame, bins, the shader.
+//! A scene prepared for drawing, all that the tiles of a picture share: geometry in the lens frame, bins, the shader.
 //!
-//! In: a scene: its vertex array, triangles, camera, materials. Out: a [`Picture`], for [`super::draw`]: vertices in the lens
+//! In: a scene: its vertex array, triangles, camera, materials. Out: a [`Prepared`], for [`super::draw`]: vertices in the lens
 //! frame and the view ([`super::frame`]), triangles in bins (`raster::bin`) as seen from the cells of the lens
 //! ([`super::pattern`], and [`super::diffraction`] where there is some), the shader and the sun (`shade`). No formula of its own:
 //! the files named evaluate theirs.
@@ -17,6 +17,7 @@ use crate::error::{Error, Result};
 use crate::plan::{Decision, RenderPlan};
 use crate::quantity::Angle;
 use crate::raster::TILE;
+use crate::raster::batch::LensCell;
 use crate::raster::bin::Bins;
 use crate::raster::candidate::Quad;
 use crate::raster::cull::Cluster;
@@ -40,8 +41,22 @@ pub(super) enum Sequence {
     /// Exactly this many of each pixel, sorted all together.
     Uniform(u32),
     /// Runs of [`sampling::runs`], each sorted by itself, so that any of them may be the last. Memory is asked for one as long as this;
-    /// within a time longer ones are drawn where there is more ([`Picture::longest_run`]).
+    /// within a time longer ones are drawn where there is more ([`Prepared::longest_run`]).
     Runs(u32),
+}
+
+impl Sequence {
+    /// The number of samples that the streams of pixels go by, and how the first are sorted into batches.
+    fn streams_and_splits(self, has_diffraction: bool) -> (u32, Splits) {
+        match self {
+            Self::Uniform(samples) => {
+                // What is drawn in several steps has the cells that all of them have: one.
+                let steps = Splits::steps(samples, has_diffraction);
+                (samples, if let [(_, splits)] = steps[..] { splits } else { Splits::new(samples) })
+            }
+            Self::Runs(_) => (runs::FIRST_RUN, Splits::new(runs::FIRST_RUN)),
+        }
+    }
 }
 
 /// The number of the surface that a triangle is part of, and the triangle that stands for it; where surfaces are not
@@ -51,7 +66,7 @@ pub(super) fn patch(surfaces: &Surfaces, alike: bool, triangle: u32) -> (u32, u3
 }
 
 /// Everything that all tiles share.
-pub(super) struct Picture<'a> {
+pub(super) struct Prepared<'a> {
     pub(super) surfaces: &'a Surfaces,
     /// Its materials, without what is to be left out of them.
     pub(super) materials: &'a [Material],
@@ -96,13 +111,55 @@ fn bent_too_far() -> Error {
         .remedy("use a larger aperture or less tilt, or set diffraction = false")
 }
 
+/// The sun, where it casts shadows: without its disk, where that is left out.
+fn sun_with_shadows(scene: &Scene, active: EffectSet) -> Option<Sun> {
+    let sun = scene.sun.as_ref().filter(|_| active.has(EffectName::Shadows))?;
+    let has_disk = active.has(EffectName::SoftShadows);
+    Some(Sun { angular_diameter: if has_disk { sun.angular_diameter } else { Angle::ZERO }, ..*sun })
+}
+
+/// The triangles in bins, as these cells of the lens see them; two as a quad, where surfaces are `alike` ([`patch`]).
+fn bins(
+    (level, view, cells): (Level, &View, &[LensCell]),
+    (surfaces, materials): (&Surfaces, &[Material]),
+    (frame, positions): (&LensFrame, &[DVec3]),
+    alike: bool,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Bins {
+    let cutout: Vec<bool> = materials.iter().map(Material::is_cutout).collect();
+    let clusters: Vec<Cluster> = surfaces
+        .clusters
+        .0
+        .iter()
+        .map(|cluster| Cluster {
+            corners: cluster.corners().map(|corner| frame.point(corner)),
+            vertices: cluster.vertices.clone(),
+        })
+        .collect();
+    let has_quads = alike && !surfaces.patches.quads.is_empty();
+    let lets_through = |t: u32| cutout[surfaces.attributes[t as usize].material as usize];
+    let quad = |t: u32| {
+        let (corners, is_first) = surfaces.patches.quads.of(t, surfaces.triangles[t as usize])?;
+        // Of the materials that are shown, which need not be those that patches were found by.
+        (!lets_through(t)).then_some(Quad { corners, is_first })
+    };
+    let triangles = Triangles {
+        clusters: &clusters,
+        cluster_size: Clusters::SIZE,
+        vertices: &surfaces.triangles,
+        quad: has_quads.then_some(&quad),
+        surface: &|t| (patch(surfaces, alike, t).0, lets_through(t)),
+    };
+    Bins::new(level, view, cells, positions, &triangles, stop)
+}
+
 /// Vertices in the lens frame.
 pub(super) fn positions(scene: &Scene) -> Vec<DVec3> {
     let frame = LensFrame::new(&scene.optics);
     scene.surfaces.positions.par_iter().map(|&p| frame.point(p)).collect()
 }
 
-impl<'a> Picture<'a> {
+impl<'a> Prepared<'a> {
     /// `positions` are those of the vertices in the lens frame, `materials` those that are shown.
     ///
     /// # Errors
@@ -132,55 +189,17 @@ impl<'a> Picture<'a> {
         let shape = if has_shape { scene.aperture_shape() } else { ApertureShape::Disk };
         let seed = scene.render.seed;
         let has_diffraction = active.has(EffectName::Diffraction);
-        let (streams, splits) = match sequence {
-            Sequence::Uniform(samples) => {
-                // What is drawn in several steps has the cells that all of them have: one.
-                let steps = Splits::steps(samples, has_diffraction);
-                (samples, if let [(_, splits)] = steps[..] { splits } else { Splits::new(samples) })
-            }
-            Sequence::Runs(_) => (runs::FIRST_RUN, Splits::new(runs::FIRST_RUN)),
-        };
+        let (streams, splits) = sequence.streams_and_splits(has_diffraction);
         let mut cells = splits.lens_cells(&shape, view.radius);
         let diffraction = has_diffraction.then(|| FilmDiffraction::new(optics, &shape, &view, seed, streams));
         if let Some(diffraction) = &diffraction {
             cells = diffraction.cells(&cells);
             view = view.widened(diffraction.reach()).ok_or_else(bent_too_far)?;
         }
-        let sun = scene.sun.as_ref().filter(|_| active.has(EffectName::Shadows)).map(|sun| Sun {
-            angular_diameter: if active.has(EffectName::SoftShadows) {
-                sun.angular_diameter
-            } else {
-                Angle::ZERO
-            },
-            ..*sun
-        });
+        let sun = sun_with_shadows(scene, active);
         // Places on a surface must be exact for its shadows: patches that are not flat do not do.
         let alike = scene.render.share_shading && (sun.is_none() || surfaces.patches.are_flat());
-        let cutout: Vec<bool> = materials.iter().map(Material::is_cutout).collect();
-        let clusters: Vec<Cluster> = surfaces
-            .clusters
-            .0
-            .iter()
-            .map(|cluster| Cluster {
-                corners: cluster.corners().map(|corner| frame.point(corner)),
-                vertices: cluster.vertices.clone(),
-            })
-            .collect();
-        let has_quads = alike && !surfaces.patches.quads.is_empty();
-        let lets_through = |t: u32| cutout[surfaces.attributes[t as usize].material as usize];
-        let quad = |t: u32| {
-            let (corners, is_first) = surfaces.patches.quads.of(t, surfaces.triangles[t as usize])?;
-            // Of the materials that are shown, which need not be those that patches were found by.
-            (!lets_through(t)).then_some(Quad { corners, is_first })
-        };
-        let triangles = Triangles {
-            clusters: &clusters,
-            cluster_size: Clusters::SIZE,
-            vertices: &surfaces.triangles,
-            quad: has_quads.then_some(&quad),
-            surface: &|t| (patch(surfaces, alike, t).0, lets_through(t)),
-        };
-        let bins = Bins::new(level, &view, &cells, positions, &triangles, &stop);
+        let bins = bins((level, &view, &cells), (surfaces, materials), (&frame, positions), alike, &stop);
         watch.lap(&mut stages.bin);
         go_on()?;
         let shown = (surfaces, materials);

@@ -10,7 +10,7 @@ use super::covered::{Covered, First, first_samples};
 use super::draw::TILES_AT_ONCE;
 use super::edges;
 use super::kept::{self, Blocks, Half, Kept, Odd};
-use super::picture::Picture;
+use super::prepared::Prepared;
 use super::resolve::{AREA, BLOCKS, Sum, block_place};
 use super::room::zeroed;
 use super::scratch::TileScratch;
@@ -41,7 +41,7 @@ impl EdgesErr {
 
 /// The picture as far as it is.
 pub(super) struct Progressive<'a> {
-    pub picture: &'a Picture<'a>,
+    pub picture: &'a Prepared<'a>,
     /// Tile by tile the sums of even samples, or of all, and of odd ones, and the blocks of which these are apart.
     pub even: Vec<Half>,
     pub odd: Vec<Odd>,
@@ -71,7 +71,7 @@ pub(super) struct Progressive<'a> {
 }
 
 impl<'a> Progressive<'a> {
-    pub(super) fn new(picture: &'a Picture<'a>, execution: &Execution<'a>, counts: Counts) -> Result<Self> {
+    pub(super) fn new(picture: &'a Prepared<'a>, execution: &Execution<'a>, counts: Counts) -> Result<Self> {
         let watch = Stopwatch::start(execution.clock);
         let samples = BlockSamples::new(picture.view.width, picture.view.height, FIRST_RUN);
         let tiles = picture.tiles();

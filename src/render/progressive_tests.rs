@@ -3,7 +3,7 @@
 use super::allocate::{Block, Forecast, Goal, TileBlocks};
 use super::covered::Covered;
 use super::kept::Blocks;
-use super::picture::{Picture, Sequence};
+use super::prepared::{Prepared, Sequence};
 use super::progressive::Progressive;
 use super::{Counts, Execution, draw};
 use crate::error::Result;
@@ -97,7 +97,7 @@ fn errors_after_the_first_run_are_of_that_alone() -> Result<()> {
 
 /// The same numbers of samples drawn at once make the same picture, which states the same error.
 fn is_as_drawn_at_once(
-    picture: &Picture<'_>,
+    picture: &Prepared<'_>,
     progressive: Progressive<'_>,
     execution: &Execution<'_>,
     counts: Counts,

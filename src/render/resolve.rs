@@ -8,7 +8,7 @@
 
 use super::clipped::{self, Halves};
 use super::differences::{NUMBERS, differences};
-use super::picture::Picture;
+use super::prepared::Prepared;
 use crate::picture::BLOCK;
 use crate::raster::TILE;
 use crate::simd::at_level;
@@ -41,7 +41,7 @@ pub(super) fn places(columns: Range<u32>, rows: Range<u32>) -> impl Iterator<Ite
     rows.flat_map(move |y| columns.clone().map(move |x| (y * TILE + x) as usize))
 }
 
-impl Picture<'_> {
+impl Prepared<'_> {
     /// The columns and rows of a tile's pixels that a block of it has in the picture.
     pub(super) fn pixels_of(&self, (tx, ty): (u32, u32), block: usize) -> (Range<u32>, Range<u32>) {
         let (left, top) = (block as u32 % BLOCKS * BLOCK, block as u32 / BLOCKS * BLOCK);
@@ -105,19 +105,19 @@ impl Picture<'_> {
     }
 
     /// Raises the errors of a tile's pixels from what was `found` for its blocks to what is `stated`, where that is more.
-    pub(super) fn spread_all(
+    pub(super) fn raise_errors(
         &self,
         tile: (u32, u32),
         (found, stated): (&ByBlock<f64>, &ByBlock<f64>),
         errors: &mut [f32],
     ) {
         for block in 0..stated.len() {
-            self.spread(tile, block, (found[block], stated[block]), errors);
+            self.raise_block(tile, block, (found[block], stated[block]), errors);
         }
     }
 
     /// Raises the errors of a block's pixels from what was `found` to what is `stated` for the block, if that is more.
-    fn spread(&self, tile: (u32, u32), block: usize, (found, stated): (f64, f64), errors: &mut [f32]) {
+    fn raise_block(&self, tile: (u32, u32), block: usize, (found, stated): (f64, f64), errors: &mut [f32]) {
         if stated <= found {
             return;
         }

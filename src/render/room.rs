@@ -3,7 +3,7 @@
 use super::diffraction::RINGS;
 use super::highlights::Highlights;
 use super::lamps;
-use super::picture::Sequence;
+use super::prepared::Sequence;
 use super::{Execution, too_large};
 use crate::error::{Error, ErrorKind, Result, memory};
 use crate::picture::BLOCK;

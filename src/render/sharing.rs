@@ -9,7 +9,7 @@
 use super::Execution;
 use super::draw::{Tally, TileSums, Work};
 use super::pattern::Splits;
-use super::picture::{Picture, Sequence};
+use super::prepared::{Prepared, Sequence};
 use super::resolve::{AREA, Sum};
 use super::scratch::Step;
 use super::stages::{Stages, Stopwatch};
@@ -41,7 +41,7 @@ pub(super) struct Asked {
     pub tally: Tally,
 }
 
-impl Picture<'_> {
+impl Prepared<'_> {
     /// Whether samples are to look by themselves, since sharing would show. Where all pixels get the same number of samples, what
     /// was drawn to find out is of the picture.
     pub(super) fn shows_sharing(

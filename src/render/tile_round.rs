@@ -10,7 +10,7 @@ use super::covered::is_covered;
 use super::draw::{Tally, TileSums, Work};
 use super::kept::{self, Blocks, Half, Odd};
 use super::pattern::Splits;
-use super::picture::Picture;
+use super::prepared::Prepared;
 use super::progressive::EdgesErr;
 use super::resolve::{BLOCKS, ByBlock, Sum};
 use super::scratch::{Step, TileScratch};
@@ -21,7 +21,7 @@ use std::collections::BTreeSet;
 
 /// A tile that is taken on.
 pub(super) struct TileRound<'a> {
-    picture: &'a Picture<'a>,
+    picture: &'a Prepared<'a>,
     /// Its column and row, its first block, and how many of its blocks lie in the picture, across and down.
     tile: (u32, u32),
     corner: (u32, u32),
@@ -89,7 +89,7 @@ impl Drawn {
     }
 }
 
-impl Picture<'_> {
+impl Prepared<'_> {
     /// How many pixels a block has.
     pub(super) fn block_pixels(&self, x: u32, y: u32) -> u32 {
         BLOCK.min(self.view.width - x * BLOCK) * BLOCK.min(self.view.height - y * BLOCK)
@@ -98,7 +98,7 @@ impl Picture<'_> {
 
 impl<'a> TileRound<'a> {
     pub(super) fn new(
-        picture: &'a Picture<'a>,
+        picture: &'a Prepared<'a>,
         (tile, cost): (usize, f64),
         (covered, first, edges): (Blocks, ByBlock<u32>, EdgesErr),
         (scratch, sums): (&'a mut TileScratch, &'a mut [Sum]),

@@ -1,13 +1,13 @@
 //! The same number of samples for every pixel: tile by tile, each drawn once and resolved at once.
 //!
-//! In: a [`Picture`] and a number of samples. Out: the exposure: means and, of two samples or more, the stated error
+//! In: a [`Prepared`] and a number of samples. Out: the exposure: means and, of two samples or more, the stated error
 //! `sqrt(sum of squared errors / (3 width height))`. Each tile goes through [`super::draw`], [`super::resolve`] and
 //! [`super::highlights`].
 
 use super::draw::{TILES_AT_ONCE, TileSums, Work};
 use super::highlights::Raised;
 use super::pattern::Splits;
-use super::picture::Picture;
+use super::prepared::Prepared;
 use super::resolve::{AREA, Sum, means_of};
 use super::room::zeroed;
 use super::scratch::{Borrowed, Step};
@@ -19,7 +19,7 @@ use crate::raster::visibility::EVERYWHERE;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-impl Picture<'_> {
+impl Prepared<'_> {
     /// Draws `samples` samples of every pixel.
     pub(super) fn uniform(
         &self,
@@ -65,7 +65,7 @@ impl Picture<'_> {
                 let mut stated = found;
                 let raised = self.raise_unseen(place, sums, &samples, &mut stated);
                 if let Some(errors) = errors {
-                    self.spread_all(place, (&found, &stated), errors);
+                    self.raise_errors(place, (&found, &stated), errors);
                 }
                 tally.unseen_light = u64::from(raised.blocks.count_ones());
                 means_of(sums, samples[0], out);

@@ -8,7 +8,7 @@
 //! is far away, changes over the lens as weights do where what is near is in focus: at 1:1 and f/1.4 pictures of it ended with up to 1.6 times the
 //! error that was asked for, and stated half of it.
 
-use super::picture::Picture;
+use super::prepared::Prepared;
 use crate::plan::RING;
 use crate::raster::TILE;
 use glam::DVec3;
@@ -27,7 +27,7 @@ pub(super) fn missed_by_weights(samples: u32) -> f64 {
     MISSED / libm::pow(f64::from(samples.max(1)), 2.6)
 }
 
-impl Picture<'_> {
+impl Prepared<'_> {
     /// Whether light is weighed, and otherwise from lens point to lens point, as far as shows.
     pub(super) fn has_weights(&self) -> bool {
         self.falloff.is_some() && self.corners().into_iter().any(|(x, y)| self.variance(x, y) > LEAST)

@@ -1,4 +1,8 @@
 //! The aperture: from the unit square to the unit disk or a regular polygon in it, area for area.
+//!
+//! In: points of the unit square, from [`super::points`]. Out: lens points, fractions of the radius. With `a`, `b` the square's coordinates
+//! from -1 to 1 and `|a| > |b|` the disk's point has the radius `a` and the angle `pi/4 b/a`, else `b` and `pi/4 (2 - a/b)` (Shirley and
+//! Chiu 1997).
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 

@@ -1,4 +1,7 @@
 //! Directions in a cone, such as the sun's disk: which of them a sample takes, and the map from the unit square.
+//!
+//! In: seed, stream and number of a sample, and its pixel's key; points of the unit square. Out: these points, and unit vectors
+//! `(x s, y s, 1 - h r^2)`, with `x`, `y` of the unit disk, `r^2 = x^2 + y^2`, `h = 1 - cos(half angle)` and `s = sqrt(h (2 - h r^2))`.
 
 use super::aperture::disk_from_square;
 use super::sobol::{hash, scrambled_sobol_pair};
@@ -25,9 +28,9 @@ pub fn cone_direction(square: [f32; 2], half_angle: f64) -> [f64; 3] {
     let [x, y] = disk_from_square(square).map(f64::from);
     // 1 - cos is uniform, as the area of a cap goes with its height (Archimedes).
     let sine = libm::sin(0.5 * half_angle);
-    let (spread, r2) = (2.0 * sine * sine, x * x + y * y);
-    let out = (spread * (2.0 - r2 * spread)).sqrt();
-    [x * out, y * out, 1.0 - r2 * spread]
+    let (one_minus_cos, r2) = (2.0 * sine * sine, x * x + y * y);
+    let out = (one_minus_cos * (2.0 - r2 * one_minus_cos)).sqrt();
+    [x * out, y * out, 1.0 - r2 * one_minus_cos]
 }
 
 #[cfg(test)]

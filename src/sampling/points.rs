@@ -1,4 +1,6 @@
 //! Sequences of points to choose from: what a picture uses, and others to compare it with.
+//!
+//! In: the number of a point and a key. Out: four coordinates of the unit cube, two for the lens and two for the pixel.
 
 use super::sobol::{hash, scrambled_sobol, unit};
 use std::fmt;

@@ -1,4 +1,8 @@
 //! Hash-based Owen-scrambled Sobol points in eight dimensions, in integers alone.
+//!
+//! In: the number of a point and a key. Out: its coordinates in 2^-32: the exclusive or of the direction numbers of the set bits of its
+//! number, each bit flipped by a hash of those above it (sources: [`super`]). The first two dimensions of any 2^k points that
+//! begin at a multiple of 2^k lie as evenly as can be.
 
 /// Direction numbers of dimensions 2 to 8 (dimension 1 is the bit reversal), Joe and Kuo's.
 const DIRECTIONS: [[u32; 32]; 7] = [

@@ -193,7 +193,7 @@ fn aim<S: Simd>(
     if !sun.is_soft() {
         return (n[2].to_array(), if face.z > 0.0 { 0xffff } else { 0 });
     }
-    let [lx, ly, lz] = directions(simd, sun.spread(), square);
+    let [lx, ly, lz] = directions(simd, sun.one_minus_cos(), square);
     // At the rim of half the sky `z` is 0: there the ray is a hair steeper.
     let least = f32x16::splat(simd, 1e-4);
     let z = lz.simd_gt(least).select(lz, least);

@@ -1,5 +1,8 @@
 //! Normals of surfaces that interpolate them, and how high the sun stands over these: places of samples in, for [`super::run`],
 //! [`super::single`], [`super::textured`] and [`super::shadowed`]; cosines out, of each sample or summed over those of groups.
+//!
+//! `max(0, n.l) / |n|`, with `n` interpolated as `sum n_i e_i` ([`super::look`]), `l` towards the sun, and `n` turned to the side that the
+//! ray sees.
 
 use super::Shader;
 use super::coordinates::{along, at_lens};

@@ -24,7 +24,7 @@ pub(crate) struct ShadowSun<'a> {
     /// The sun frame's axes in the lens frame.
     axes: [DVec3; 3],
     /// 1 less the cosine of the disk's angular radius; 0 for a point.
-    spread: f32,
+    one_minus_cos: f32,
 }
 
 /// The plane of a surface in one tile: where the samples meet it, and what it is for what may shade it.
@@ -63,17 +63,24 @@ impl<'a> ShadowSun<'a> {
         let axes = [x, y, toward];
         let occluders = Occluders::new(surfaces, positions, axes);
         let half = libm::sin(0.25 * sun.angular_diameter.as_radians());
-        Some(Self { surfaces, materials, positions, occluders, axes, spread: (2.0 * half * half) as f32 })
+        Some(Self {
+            surfaces,
+            materials,
+            positions,
+            occluders,
+            axes,
+            one_minus_cos: (2.0 * half * half) as f32,
+        })
     }
 
     /// 1 less the cosine of the disk's angular radius.
-    pub(super) fn spread(&self) -> f32 {
-        self.spread
+    pub(super) fn one_minus_cos(&self) -> f32 {
+        self.one_minus_cos
     }
 
     /// Whether it has a disk.
     pub(crate) fn is_soft(&self) -> bool {
-        self.spread > 0.0
+        self.one_minus_cos > 0.0
     }
 
     /// The rows that turn the lens frame to the sun's.
@@ -214,7 +221,7 @@ fn is_hole(material: &Material, uv: DVec2) -> bool {
 /// Directions in the sun's disk, uniform in solid angle, in the sun frame, of points of the unit square:
 /// [`crate::sampling::cone_direction`] sixteenfold.
 #[inline(always)]
-pub(super) fn directions<S: Simd>(simd: S, spread: f32, square: &[[f32; LANES]; 2]) -> [f32x16<S>; 3] {
+pub(super) fn directions<S: Simd>(simd: S, one_minus_cos: f32, square: &[[f32; LANES]; 2]) -> [f32x16<S>; 3] {
     // The concentric map, as in `sampling::aperture`.
     let zero = f32x16::splat(simd, 0.0);
     let one = f32x16::splat(simd, 1.0);
@@ -230,8 +237,8 @@ pub(super) fn directions<S: Simd>(simd: S, spread: f32, square: &[[f32; LANES]; 
         one - q * 0.5 * (one - q * (1.0 / 12.0) * (one - q * (1.0 / 30.0) * (one - q * (1.0 / 56.0))));
     let (x, y) = (wide.select(cosine, sine) * radius, wide.select(sine, cosine) * radius);
     // The height above the disk's rim is uniform: 1 - cos = r^2 (1 - cos of the rim).
-    let less = radius * radius * spread;
-    let out = ((zero - less + 2.0) * spread).sqrt();
+    let less = radius * radius * one_minus_cos;
+    let out = ((zero - less + 2.0) * one_minus_cos).sqrt();
     [x * out, y * out, one - less]
 }
 
@@ -285,9 +292,9 @@ mod tests {
             for start in 0..40 {
                 let place = |i: usize, by: usize| ((start * LANES + i) * by % 641) as f32 / 641.0;
                 let square = [std::array::from_fn(|i| place(i, 97)), std::array::from_fn(|i| place(i, 211))];
-                let spread = (2.0 * half * half) as f32;
+                let one_minus_cos = (2.0 * half * half) as f32;
                 let [x, y, z] = at_level!(SimdLevel::best().level(), simd => {
-                    directions(simd, spread, &square).map(|c| c.to_array())
+                    directions(simd, one_minus_cos, &square).map(|c| c.to_array())
                 });
                 for i in 0..LANES {
                     let want = cone_direction([square[0][i], square[1][i]], degrees.to_radians());
