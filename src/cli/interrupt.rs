@@ -1,6 +1,6 @@
-//! INT, TERM and HUP, but those that were to be ignored when the program began: by `nohup`, or by a shell that starts it in the
-//! background. Work that can stop by itself runs in [`polled`] and looks at the flag; everything else ends at once. Either way the exit code is 75 and nothing half written stays: unfinished
-//! files, and folders made for them, are registered here by `output` and removed.
+//! INT, TERM and HUP, but those that were to be ignored when the program began: by `nohup`, or by a shell that starts it in the background.
+//! Work that can stop by itself runs in [`polled`] and looks at the flag; everything else ends at once. Either way the exit code is 75 and
+//! nothing half written stays: unfinished files, and folders made for them, are registered here by `output` and removed.
 
 use super::report::INTERRUPTED;
 use groundglass::error::{Error, ErrorKind, Result};

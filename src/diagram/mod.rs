@@ -39,8 +39,9 @@
 //! `guide`, `legend` and, with `data-series`, `data-x` and `data-y` (the values), each `series` of `line`, `marker`
 //! and `error-bar`. Heat maps (`kind = "heat-map"`) are such charts side by side; each has `cells` with `data-series`.
 //!
-//! `data-off-page` says why a part's group is empty: `beyond` the panel's frame, `behind` the lens or its front focal plane and
-//! along them (a far limit beyond infinity), `at-infinity`, `parallel` to the section, `not-cut` by it, `thin`: too thin to be seen, `needless`: no larger than elsewhere; of a `label`, `no-room` for the words in `data-words`.
+//! `data-off-page` says why a part's group is empty: `beyond` the panel's frame, `behind` the lens or its front focal plane and along them
+//! (a far limit beyond infinity), `at-infinity`, `parallel` to the section, `not-cut` by it, `thin`: too thin to be seen, `needless`: no
+//! larger than elsewhere; of a `label`, `no-room` for the words in `data-words`.
 //!
 //! The name of a plane seen edge-on runs along its trace. In a panel nothing carries `transform`, so such a label is made of
 //! turned outlines; with `--text text` it is a `label` that follows its panel, and its `<text>` carries the turn.

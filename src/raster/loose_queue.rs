@@ -1,8 +1,9 @@
 //! Small triangles far out of focus that a tile's lens points may see, until one of its batches does.
 //!
 //! In: candidates, nearest first, each with the lens points that may see it ([`super::bin`], [`super::lens_points`]). Out: for one batch
-//! after the other, sixteen at a time, the set-ups of those that its lens points do not see hidden by then, for [`super::kernel`]. Most are seen by one batch alone, and half of them are hidden when it comes: what is set up for all batches
-//! together takes up to a third more time. (With 64 batches, where more than one sees most, the tower takes 7 % more instead.)
+//! after the other, sixteen at a time, the set-ups of those that its lens points do not see hidden by then, for [`super::kernel`]. Most are
+//! seen by one batch alone, and half of them are hidden when it comes: what is set up for all batches together takes up to a third more
+//! time. (With 64 batches, where more than one sees most, the tower takes 7 % more instead.)
 
 use super::LANES;
 use super::candidate::Brief;

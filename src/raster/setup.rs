@@ -84,9 +84,9 @@ impl SetUp {
 }
 
 impl TileFilm {
-    /// Sets up triangles with these corners, and a fourth where any is a quad (of triangles the third once more); `least_z` are those of their nearest corners. All but names and flags of
-    /// the block is written; of `imaged` those are left whose corners single precision places well. Those that miss the
-    /// tile for every lens point, as their edges show, are not live.
+    /// Sets up triangles with these corners, and a fourth where any is a quad (of triangles the third once more); `least_z` are the depths
+    /// of their nearest corners. All but names and flags of what is `made` is written; of `imaged` those are left whose corners single
+    /// precision places well. Those that miss the tile for every lens point, as their edges show, may not touch it.
     pub(crate) fn set_up(
         &self,
         level: Level,

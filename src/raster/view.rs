@@ -1,8 +1,8 @@
 //! The camera as the rasterizer sees it.
 //!
 //! In: the camera, from `render::frame`. Out: [`View`], plain numbers for all that follows. A sample with the lens point
-//! `s = radius (u, v, 0)` at `x`, `y` pixels of the picture is the ray `s + t (q_w s - p)`, where `p = film + x film_dx + y film_dy` and `q_w = 1 + p.z / f`. From `s` a point `X` is seen at
-//! `(x w, y w, w) = (C + u C_u + v C_v) (X, 1)`.
+//! `s = radius (u, v, 0)` at `x`, `y` pixels of the picture is the ray `s + t (q_w s - p)`, where `p = film + x film_dx + y film_dy` and
+//! `q_w = 1 + p.z / f`. From `s` a point `X` is seen at `(x w, y w, w) = (C + u C_u + v C_v) (X, 1)`.
 
 #[cfg(test)]
 use super::TILE;

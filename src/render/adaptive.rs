@@ -223,10 +223,10 @@ impl Progressive<'_> {
         }
     }
 
-    /// As many samples as the sky needs by the word of the pilot, which drew it with the fewest: so that it takes little of the squared error
-    /// that is `allowed` of a value; where the pilot saw nothing of it, [`FIRST_RUN`]. It is as good as linear over a pixel, so of `n`
-    /// stratified samples in two halves `(2 / n)^3 / 24` of its variance is left. (While rounds gave it more where it erred, it was begun again with 4 and 8 samples all over the tower from below, which
-    /// took 1.14 to 1.2 times as long.)
+    /// As many samples as the sky needs by the word of the pilot, which drew it with the fewest: so that it takes little of the squared
+    /// error that is `allowed` of a value; where the pilot saw nothing of it, [`FIRST_RUN`]. It is as good as linear over a pixel, so of
+    /// `n` stratified samples in two halves `(2 / n)^3 / 24` of its variance is left. (While rounds gave it more where it erred, it was
+    /// begun again with 4 and 8 samples all over the tower from below, which took 1.14 to 1.2 times as long.)
     fn enough_for_sky(&self, seen: &Seen, allowed: f64) -> u32 {
         let pixels = |blocks: &[Block]| blocks.iter().map(|block| f64::from(block.pixels)).sum::<f64>();
         let (all, drawn) = (self.blocks().into_iter(), seen.tiles.iter().flat_map(TileBlocks::blocks));

@@ -124,11 +124,13 @@ pub struct Counts {
 ///
 /// # Errors
 /// [`ErrorKind::Invalid`] when the film reaches the aperture, or light would be bent to where it does, for a picture without pixels, for
-/// apertures of other than 3 to 1000 blades or turned by no finite angle, for light of other than 0 to 1e9 a channel, a sun and an up without a
-/// direction, a sun's disk of other than 0 to 180 degrees, an exposure beyond 100 stops, for budgets that are none (no samples, more than [`MOST_SAMPLES`](crate::sampling::runs::MOST_SAMPLES), an error or a time that is not
-/// positive), when a time is asked for and there is no clock that tells a finite time, for surfaces that [`Surfaces::check`](crate::scene::Surfaces::check) refuses, and when the machine lacks
-/// the SIMD level; [`ErrorKind::TooLarge`] when picture and geometry would not fit, a side has more than
-/// [`MAX_PICTURE_SIDE`](crate::scene::MAX_PICTURE_SIDE) pixels, or threads cannot be started, of which there are 1024 at most; [`ErrorKind::Cancelled`] when stopped.
+/// apertures of other than 3 to 1000 blades or turned by no finite angle, for light of other than 0 to 1e9 a channel, a sun and an up
+/// without a direction, a sun's disk of other than 0 to 180 degrees, an exposure beyond 100 stops, for budgets that are none (no samples,
+/// more than [`MOST_SAMPLES`](crate::sampling::runs::MOST_SAMPLES), an error or a time that is not positive and finite), when a time is
+/// asked for and there is no clock that tells a finite time, for surfaces that [`Surfaces::check`](crate::scene::Surfaces::check) refuses,
+/// and when the machine lacks the SIMD level; [`ErrorKind::TooLarge`] when picture and geometry would not fit, a side has more than
+/// [`MAX_PICTURE_SIDE`](crate::scene::MAX_PICTURE_SIDE) pixels, or threads cannot be started, of which there are 1024 at most;
+/// [`ErrorKind::Cancelled`] when stopped.
 pub fn render(scene: &Scene, execution: Execution<'_>) -> Result<(Exposure, Counts)> {
     asked::check(scene)?;
     let start = execution.clock.map_or(0.0, |clock| clock());

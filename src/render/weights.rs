@@ -1,12 +1,12 @@
 //! What falloff, and the sky seen through a wide lens close up, make samples err by. In: a tile. Out: a part of its light, squared, and
 //! squared light, for [`super::edges`]; and whether there is any.
 //!
-//! Falloff weighs each sample by its lens point, and all pixels of a tile share their lens points: all of its light is wrong by one
-//! throw, which two halves of the samples may agree on. (Rounds passed over tiles that did: at f/2 pictures ended with up to 1.6 times the error that
-//! was asked for, and stated half of it.) Of weights with a variance `v`, parts of their mean, scrambled nets miss about `v n^(-2.6)` times a constant, found
-//! by measuring: the lens's two dimensions alone, and smooth (Owen 1997: `n^-3`, but for logarithms). The sky, which is out of focus as all that
-//! is far away, changes over the lens as weights do where what is near is in focus: at 1:1 and f/1.4 pictures of it ended with up to 1.6 times the
-//! error that was asked for, and stated half of it.
+//! Falloff weighs each sample by its lens point, and all pixels of a tile share their lens points: all of its light is wrong by one throw,
+//! which two halves of the samples may agree on. (Rounds passed over tiles that did: at f/2 pictures ended with up to 1.6 times the error
+//! that was asked for, and stated half of it.) Of weights with a variance `v`, parts of their mean, scrambled nets miss about `v n^(-2.6)`
+//! times a constant, found by measuring: the lens's two dimensions alone, and smooth (Owen 1997: `n^-3`, but for logarithms). The sky,
+//! which is out of focus as all that is far away, changes over the lens as weights do where what is near is in focus: at 1:1 and f/1.4
+//! pictures of it ended with up to 1.6 times the error that was asked for, and stated half of it.
 
 use super::prepared::Prepared;
 use crate::plan::RING;

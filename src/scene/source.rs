@@ -74,8 +74,8 @@ impl Memory {
         Self::default()
     }
 
-    /// Adds or replaces a file; `name` as in `scenes/tower.obj` (or with back slashes), relative and within: one such as `/tower.obj` or `../tower.obj` is not
-    /// added, since nothing could name it.
+    /// Adds or replaces a file; `name` as in `scenes/tower.obj` (or with back slashes), relative and within: one such as `/tower.obj` or
+    /// `../tower.obj` is not added, since nothing could name it.
     #[must_use]
     pub fn with(mut self, name: &str, bytes: impl Into<Cow<'static, [u8]>>) -> Self {
         if let Some(path) = flattened(Path::new(&name.replace('\\', "/"))) {

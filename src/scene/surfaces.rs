@@ -161,8 +161,9 @@ impl Surfaces {
         Ok(())
     }
 
-    /// Whether every triangle has attributes, every number in either names something that is there, vertices, normals, texture coordinates and
-    /// materials are numbers that can be drawn, textures have levels with all their texels, and patches, clusters and hierarchy are of so many triangles.
+    /// Whether every triangle has attributes, every number in either names something that is there, vertices, normals, texture coordinates
+    /// and materials are numbers that can be drawn, textures have levels with all their texels, and patches, clusters and hierarchy are of
+    /// so many triangles.
     ///
     /// # Errors
     /// [`ErrorKind::Invalid`] with the first that does not.

@@ -1,9 +1,9 @@
 //! Texture look-ups for up to 16 samples at a time that see one surface: places in, summed colours out.
 //!
-//! In: places, from [`super::fetch_queue`], [`super::textured`] and [`super::shadowed`], and a level and how to read it ([`super::mip_level`]). Out:
-//! `sum texel` over the even and over the odd samples of a group and, where the light differs between them, `sum texel light`;
-//! for [`super::cutout`] which are holes. A texel is that of column `floor(start + size s + part)`, modulo `size`, and its row,
-//! or lies between four ([`super::interpolate`]).
+//! In: places, from [`super::fetch_queue`], [`super::textured`] and [`super::shadowed`], and a level and how to read it
+//! ([`super::mip_level`]). Out: `sum texel` over the even and over the odd samples of a group and, where the light differs between them,
+//! `sum texel light`; for [`super::cutout`] which are holes. A texel is that of column `floor(start + size s + part)`, modulo `size`, and
+//! its row, or lies between four ([`super::interpolate`]).
 //!
 //! Places are computed for all 16 at once; the texels are fetched one by one, and those of one group, where none are
 //! interpolated, summed in whole numbers. One generic source for every SIMD level, product and sum apart, so the same bits. (In

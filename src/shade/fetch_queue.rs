@@ -1,7 +1,8 @@
 //! Texture look-ups that wait for each other: the places of 16 batches are computed before the texels of any are fetched.
 //!
-//! In: places, whose they are, and the level and filter that they share, from [`super::textured`]. Out: [`Reads`], for each group
-//! `sum texel` over its even and its odd samples and, where the light differs between them, `sum texel light`. The look-ups themselves are [`super::fetch`]'s.
+//! In: places, whose they are, and the level and filter that they share, from [`super::textured`]. Out: [`Reads`], for each group `sum
+//! texel` over its even and its odd samples and, where the light differs between them, `sum texel light`. The look-ups themselves are
+//! [`super::fetch`]'s.
 //!
 //! No processor looks farther ahead than one batch: it would wait for texels with places still to compute.
 

@@ -1,8 +1,8 @@
 //! Bilinear interpolation at up to 16 places of one level of a texture: what lies between the four texels around each.
 //!
-//! In: places, from [`super::fetch`] and [`super::fetch_queue`], and a level and how to read it ([`super::mip_level`]). Out: the colour at each, their sums,
-//! or which are holes. `a + (b - a) fx + (c - a) fy + (a - b - c + d) fx fy`, with `a`, `b` the upper and `c`, `d` the lower
-//! texels; `fx` is what `size s + part - 1/2` has beyond a whole number, `fy` the same downward.
+//! In: places, from [`super::fetch`] and [`super::fetch_queue`], and a level and how to read it ([`super::mip_level`]). Out: the colour at
+//! each, their sums, or which are holes. `a + (b - a) fx + (c - a) fy + (a - b - c + d) fx fy`, with `a`, `b` the upper and `c`, `d` the
+//! lower texels; `fx` is what `size s + part - 1/2` has beyond a whole number, `fy` the same downward.
 //!
 //! Places are computed for all 16 at once; texels are fetched place by place, left and right together, since they lie side by
 //! side in memory. One generic source for every SIMD level, product and sum apart, so the same bits.

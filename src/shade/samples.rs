@@ -1,8 +1,8 @@
 //! The samples of up to four batches in one tile, as shading takes them: where groups of them lie, and which pixels they belong to.
 //!
-//! In: batches (`raster::view`), groups of them (`raster::group`), and at the end each group's light ([`super::run`],
-//! [`super::shadowed`]). Out: a group's place, the mean of its samples' `u, v, x, y`; what each sample's light is to be weighed by; and the sums of light, over the even and over the odd samples
-//! of a group's pixel, which `render::resolve` takes up.
+//! In: batches (`raster::view`), groups of them (`raster::group`), and at the end each group's light ([`super::run`], [`super::shadowed`]).
+//! Out: a group's place, the mean of its samples' `u, v, x, y`; what each sample's light is to be weighed by; and the sums of light, over
+//! the even and over the odd samples of a group's pixel, which `render::resolve` takes up.
 
 use super::falloff::Falloff;
 use super::lanes::total;
