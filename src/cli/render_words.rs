@@ -60,7 +60,7 @@ fn too_late(file: &str, wanted: f64, stats: &Stats) -> Warning {
     let why = if stats.samples_per_pixel.mean > LEAST {
         "the machine was slower at the end than before, as when other programs run"
     } else {
-        "there was no time for more samples; make it smaller, give it more time, or ask for --samples 1"
+        "fewer samples would not tell its error; make it smaller, give it more time, or ask for --samples 1"
     };
     let took = stats.render_seconds;
     Warning {
