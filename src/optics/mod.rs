@@ -108,9 +108,9 @@ impl Optics {
     /// The optics of `camera`.
     ///
     /// # Errors
-    /// [`crate::error::ErrorKind::NoSolution`] when a standard faces backwards, or the extension is not positive and
-    /// finite; [`crate::error::ErrorKind::Invalid`] when the focal length, a side of the film or the near distance is not, the aperture is not finite, when
-    /// a movement is not finite, and when the rail has no place or its axes are not those of a right-handed frame.
+    /// [`crate::error::ErrorKind::NoSolution`] when a standard faces backwards, or the extension is not positive and finite;
+    /// [`crate::error::ErrorKind::Invalid`] when the focal length, a side of the film or the near distance is not, the aperture is not
+    /// finite, when a movement is not finite, and when the rail has no place or its axes are not those of a right-handed frame.
     pub fn new(camera: &Camera) -> Result<Self> {
         check(camera)?;
         let f = camera.focal_length.as_metres();

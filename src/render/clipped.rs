@@ -28,9 +28,9 @@ const REACH: usize = 2;
 const MET: f32 = 0.5;
 const FEW: usize = 8;
 
-/// What pixels near by differ by is chance if it is at most so many times what their halves differ by, and else a shape: as many as it should
-/// be, one, and so many standard errors of that by the number of samples that met the light. (With four times always, 64 samples of lamps
-/// that are blurred over five pixels were stated 1.9 times as wrong as they are, 1.3 times so.)
+/// What pixels near by differ by is chance if it is about as much as what their halves differ by, and else a shape: no more than `SHAPE`
+/// times that, and no more than one and `DOUBT` standard errors of it, by the number of samples that met the light. (With four times
+/// always, 64 samples of lamps that are blurred over five pixels were stated 1.9 times as wrong as they are; 1.3 times so.)
 const SHAPE: f64 = 4.0;
 const DOUBT: f64 = 5.0;
 
