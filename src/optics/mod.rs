@@ -104,6 +104,19 @@ fn check(camera: &Camera) -> Result<()> {
     Ok(())
 }
 
+/// Whether no standard faces backwards.
+fn check_facing(camera: &Camera) -> Result<()> {
+    for (name, standard) in [("front", &camera.front), ("rear", &camera.rear)] {
+        let ahead = standard.rotation().z_axis.z;
+        if ahead.is_nan() || ahead <= 0.0 {
+            return Err(Error::no_solution(format!("the {name} standard faces backwards"))
+                .at_key(format!("camera.{name}"))
+                .remedy("keep tilt and swing within 90 degrees"));
+        }
+    }
+    Ok(())
+}
+
 impl Optics {
     /// The optics of `camera`.
     ///
@@ -123,15 +136,8 @@ impl Optics {
             .at_key("camera.extension_mm")
             .remedy("give a positive extension_mm"));
         }
-        let front = camera.front.rotation();
-        let rear = camera.rear.rotation();
-        for (name, rotation) in [("front", &front), ("rear", &rear)] {
-            if rotation.z_axis.z.is_nan() || rotation.z_axis.z <= 0.0 {
-                return Err(Error::no_solution(format!("the {name} standard faces backwards"))
-                    .at_key(format!("camera.{name}"))
-                    .remedy("keep tilt and swing within 90 degrees"));
-            }
-        }
+        check_facing(camera)?;
+        let (front, rear) = (camera.front.rotation(), camera.rear.rotation());
         let film_center = camera.film_from_lens();
         let n = rear.z_axis;
         Ok(Self {

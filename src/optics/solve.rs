@@ -363,13 +363,10 @@ const EXTENSIONS: RangeInclusive<f64> = 1e-12..=1e15;
 
 /// Puts the film on the plane `(n, e)` of `rear` by the extension alone.
 fn with_film_plane(camera: &Camera, rear: Standard, e: f64) -> Result<Camera, Stop> {
-    for (name, standard) in [("front", &camera.front), ("rear", &rear)] {
-        if standard.rotation().z_axis.z <= 0.0 {
-            return Err((Limit::Backwards, format!("the {name} standard faces backwards")));
-        }
-    }
-    let n = rear.rotation().z_axis;
     let moved = Camera { rear, extension: Length::ZERO, ..*camera };
+    let stopped = |error: Error| (Limit::Backwards, error.message().to_owned());
+    super::check_facing(&moved).map_err(stopped)?;
+    let n = rear.rotation().z_axis;
     let beside = moved.film_from_lens();
     let extension = (-e - n.dot(beside)) / n.z;
     if !EXTENSIONS.contains(&extension) {
@@ -382,11 +379,7 @@ fn with_film_plane(camera: &Camera, rear: Standard, e: f64) -> Result<Camera, St
             },
         ));
     }
-    let solved = Camera { extension: Length::metres(extension), ..moved };
-    match Optics::new(&solved) {
-        Ok(_) => Ok(solved),
-        Err(error) => Err((Limit::Backwards, error.message().to_owned())),
-    }
+    Ok(Camera { extension: Length::metres(extension), ..moved })
 }
 
 /// The solvable plane nearest to `plane` among those parallel to it.

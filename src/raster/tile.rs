@@ -38,7 +38,7 @@ pub(crate) struct TileScratch {
     sieve: Sieve,
     is_crowded: bool,
     /// Where most of the tile's triangles are loose, what may be seen of them.
-    listed: LooseQueue,
+    loose_queue: LooseQueue,
     /// The candidates to be set up next.
     next: Waiting,
     /// Set-ups, of which the first `ready` are this tile's, and cell by cell their spans.
@@ -62,7 +62,7 @@ impl Default for TileScratch {
             is_loose: false,
             sieve: Sieve::default(),
             is_crowded: false,
-            listed: LooseQueue::default(),
+            loose_queue: LooseQueue::default(),
             next: Waiting::default(),
             set_ups: Vec::new(),
             ready: 0,
@@ -97,7 +97,7 @@ impl TileScratch {
         self.surfaces.clear(geometry.surfaces);
         self.seconds = 0.0;
         self.is_loose = geometry.bins.are_loose() && self.lens.set(pattern);
-        self.listed.clear(self.lens.words());
+        self.loose_queue.clear(self.lens.words());
         self.is_crowded = self.sieve.set(pattern, geometry.bins.crowd(self.part.tile));
         self.cursor = Cursor::default();
         if !self.is_loose {
@@ -202,20 +202,21 @@ impl TileScratch {
         let (mut count, live) = (0, batch.1.live);
         for at in 0usize.. {
             let stops = at % 256 == 255 && (geometry.stop)();
-            if stops || at.is_multiple_of(LANES) && self.listed.is_hidden(at, live, &self.seen) {
+            if stops || at.is_multiple_of(LANES) && self.loose_queue.is_hidden(at, live, &self.seen) {
                 break;
             }
-            if at == self.listed.len() {
+            if at == self.loose_queue.len() {
                 let start = geometry.now();
                 let from = (self.part.tile, &mut self.cursor);
-                let any = self.listed.list(level, geometry, film, from, (&mut self.lens, &mut self.surfaces));
+                let any =
+                    self.loose_queue.list(level, geometry, film, from, (&mut self.lens, &mut self.surfaces));
                 self.seconds += geometry.now() - start;
                 if !any {
                     break;
                 }
             }
-            self.listed.gather(at, batch.0, &self.seen);
-            if self.listed.gathered() == LANES {
+            self.loose_queue.gather(at, batch.0, &self.seen);
+            if self.loose_queue.gathered() == LANES {
                 count += self.draw_gathered(level, geometry, film, batch.1, alpha_test);
             }
         }
@@ -231,12 +232,13 @@ impl TileScratch {
         batch: &Batch,
         alpha_test: &AlphaTest<'_>,
     ) -> u64 {
-        let count = self.listed.gathered();
+        let count = self.loose_queue.gathered();
         if count == 0 {
             return 0;
         }
         let start = geometry.now();
-        let (set_up, spans, points) = self.listed.set_up(level, geometry, (film, &self.part, batch.cell));
+        let (set_up, spans, points) =
+            self.loose_queue.set_up(level, geometry, (film, &self.part, batch.cell));
         self.seconds += geometry.now() - start;
         let visits = Visits {
             set_up,
